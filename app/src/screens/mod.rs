@@ -9,6 +9,7 @@ mod help;
 mod lab;
 mod layers;
 pub mod machine;
+mod machines;
 mod palette;
 mod regions;
 mod review;

@@ -1,6 +1,6 @@
 //! The frame: top bar, work area, status bar; keys, drops and the URL.
 
-use super::{help, machine, palette, splitters, stage, status_bar, top_bar};
+use super::{help, machine, machines, palette, splitters, stage, status_bar, top_bar};
 use crate::page::{read, watch};
 use leptos::html::{div, h1, main};
 use leptos::prelude::*;
@@ -37,6 +37,7 @@ pub(crate) fn shell() -> impl IntoView {
         status_bar::status_bar(),
         machine::tool_change(),
         help::help(),
+        machines::machines(),
         palette::palette(),
     ))
 }

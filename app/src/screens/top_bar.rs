@@ -7,6 +7,7 @@ use crate::model::Theme;
 use crate::model::{FrameEvent, Overlay};
 use crate::page::{board, computed, read, send, shared, watch};
 use crate::screens::machine::words;
+use crate::screens::machines;
 use crate::widgets::{Icon, icon, menu_word, stop_zone};
 use annulus_core::{locale, machine};
 use leptos::ev;
@@ -21,6 +22,7 @@ pub(crate) fn top_bar() -> impl IntoView {
     window_title();
     header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
         div().class("brand").child((icon(Icon::Annulus), strong().child(project))),
+        machines::chip(),
         tabs(),
         div().class("top-tools").child((help(), units(), span().class("wide").child(themes()), languages())),
         connection(),
@@ -145,11 +147,13 @@ fn connection() -> impl IntoView {
         ))
 }
 
-/// The machine's name; without one, a description of what is connected.
+/// The machine's name; without one, a description of what is connected. A chosen machine that the page's
+/// virtual drill plays is called simulated.
 fn machine_name() -> String {
     let name = shared(|m| &m.machine).with(|machine| machine.name.clone());
     if name != machine::VIRTUAL_NAME {
-        return name;
+        let plays = read(|m| m.frame.alone && !m.link.controller.chosen && m.machines.chosen.is_some());
+        return if plays { say!("page.machines.simulated", name = name) } else { name };
     }
     watch(|m| &m.link.controller).with(|controller| match &controller.who {
         _ if !controller.chosen => say!("page.virtual_drill"),

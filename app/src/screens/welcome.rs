@@ -1,9 +1,11 @@
-//! The empty page: drop files, open files or a link, try the sample, or reopen a saved project.
+//! The empty page: drop files, open files or a link, try the sample, or reopen a saved project. Asks once which
+//! machine the user has.
 
 use crate::i18n::{Words, language, say, t};
 use crate::keys::Tab;
 use crate::model::{FilesEvent, FrameEvent, KeepEvent, Offer};
 use crate::page::{read, send, shared, watch};
+use crate::screens::machines;
 use crate::widgets::{Icon, icon, push};
 use js_sys::Date;
 use leptos::ev::{self, MouseEvent};
@@ -31,6 +33,7 @@ pub(crate) fn welcome() -> impl IntoView {
             push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
         )),
         div().class("tiles").child((sample, draw, machine)),
+        machines::question(),
         link_to,
         earlier,
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),

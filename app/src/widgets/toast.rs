@@ -2,7 +2,7 @@
 
 use super::{Icon, picture_button};
 use crate::i18n::{key, say, sentence, t};
-use crate::model::{FrameEvent, Toast, ToastAct};
+use crate::model::{FrameEvent, Overlay, Toast, ToastAct};
 use crate::page::{send, watch};
 use crate::said::Text;
 use leptos::html::{div, span};
@@ -33,6 +33,12 @@ pub fn toasts() -> impl IntoView {
 
 fn line(toast: Toast) -> impl IntoView {
     let Toast { number, text, act } = toast;
+    let planned = matches!(&text, Text::Key { key, .. } if *key == key!("page.machines.planned_for"));
+    let list = planned.then(|| {
+        super::push("button small", t!("page.machines.show_changes"), |_| {
+            send(FrameEvent::Overlay { overlay: Some(Overlay::Machines) });
+        })
+    });
     let act = act.map(|act| {
         let name = match act {
             ToastAct::Review => key!("page.open.review"),
@@ -40,6 +46,7 @@ fn line(toast: Toast) -> impl IntoView {
             ToastAct::DrawnBefore => key!("page.draw.back"),
             ToastAct::BoardBefore => key!("page.draw.back_to_board"),
             ToastAct::TakeAnew => key!("page.anew.take"),
+            ToastAct::MachineBefore => key!("page.machines.undo"),
             ToastAct::TakeBackBoard { .. } | ToastAct::TakeBackDrawing { .. } => key!("page.kept.take_back"),
         };
         super::push(
@@ -50,6 +57,7 @@ fn line(toast: Toast) -> impl IntoView {
     });
     div().class("toast").child((
         span().class("grow").child(move || whole(&text)),
+        list,
         act,
         picture_button(Icon::Cross, t!("page.close"), move |_| send(FrameEvent::Said { number })),
     ))

@@ -16,7 +16,7 @@ use leptos::prelude::*;
 pub(super) type Write = std::sync::Arc<dyn Fn(Value) -> Result<(), Diagnostic> + Send + Sync>;
 
 /// The displayed name: the short one of the locale tables, else the description.
-fn name_of(key: &str) -> String {
+pub(crate) fn name_of(key: &str) -> String {
     let plain = key.replace('.', "_");
     let short = format!("page.cam.row.{plain}");
     let known = locale::lookup(&i18n::language(), &short).is_some();

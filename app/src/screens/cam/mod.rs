@@ -16,6 +16,7 @@ mod problems;
 mod run_sheet;
 mod values;
 
+pub(crate) use entry::name_of as row_name;
 pub(crate) use export::controller;
 pub(crate) use job::name_of;
 
