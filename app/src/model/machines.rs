@@ -37,6 +37,7 @@ impl OwnMachine {
 
 /// What the browser saves.
 #[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
 struct Saved {
     chosen: Option<String>,
     played: Option<String>,

@@ -27,6 +27,7 @@ mod level_rows;
 mod lift_rows;
 mod lines_rows;
 mod link_rows;
+mod machines_rows;
 mod planning_rows;
 mod play_rows;
 mod presses_rows;
