@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 #[derive(Debug)]
 pub(crate) struct Known {
@@ -37,6 +38,26 @@ fn config_folder() -> PathBuf {
 /// `$XDG_CONFIG_HOME/annulus`, else in `~/.config/annulus`.
 pub(crate) fn path_of(name: &str) -> PathBuf {
     config_folder().join("machines").join(format!("{name}.toml"))
+}
+
+/// File with the name of the machine that `annulus machines use` chose.
+fn choice() -> PathBuf {
+    data_folder().join("machine")
+}
+
+/// The machine that `annulus machines use` chose, as name or file; `None` if it chose none.
+pub(crate) fn chosen() -> Option<&'static str> {
+    static CHOSEN: OnceLock<Option<String>> = OnceLock::new();
+    let read = || {
+        let text = fs::read_to_string(choice()).ok()?;
+        Some(text.trim().to_owned()).filter(|name| !name.is_empty())
+    };
+    CHOSEN.get_or_init(read).as_deref()
+}
+
+/// Saves the choice of `annulus machines use`.
+pub(crate) fn choose(name: &str) -> io::Result<()> {
+    write_own(&choice(), format!("{name}\n").as_bytes())
 }
 
 /// Folder of this user's own frequency converter profiles.

@@ -532,11 +532,49 @@ fn machines_are_a_table_with_one_row_each() {
         ("g540 ", "Annulus, by the parallel port"),
         ("virtual ", "Annulus, simulated"),
     ] {
-        let row = text.lines().find(|line| line.starts_with(start));
+        let row = text.lines().find(|line| line.trim_start_matches(['*', ' ']).starts_with(start));
         assert!(row.is_some_and(|row| row.ends_with(driver)), "{start}: {text}");
     }
-    assert!(!text.lines().any(|line| line.starts_with("hobby")), "{text}");
+    assert!(!text.lines().any(|line| line.trim_start().starts_with("hobby")), "{text}");
     let rows = answer(folder.path(), "machines")["machines"].clone();
     let hobby = rows.as_array().unwrap().iter().find(|row| row["name"] == "hobby").unwrap();
     assert_eq!((&hobby["alias_of"], &hobby["driven_by"]), (&"3018".into(), &"grbl".into()));
+}
+
+#[test]
+fn chosen_machine_is_remembered_and_a_flag_is_not() {
+    let folder = folder();
+    let home = folder.path();
+    let used = |arguments: &str| {
+        let told = answer(home, arguments);
+        [told["machine"].clone(), told["machine_from"].clone()]
+    };
+    assert_eq!(used("plan board.drl"), ["virtual", "default"]);
+    assert_eq!(used("plan board.drl --machine six"), ["six", "flag"]);
+    assert_eq!(used("machines use hobby"), ["3018", "chosen"]);
+    for command in ["plan board.drl", "simulate board.drl", "export board.drl --to grbl -o a.nc", "machines"]
+    {
+        assert_eq!(used(command), ["3018", "chosen"], "{command}");
+    }
+    assert_eq!(used("simulate board.drl --machine lab"), ["lab", "flag"]);
+    assert_eq!(used("plan board.drl"), ["3018", "chosen"], "the flag holds for one call");
+    let rows = answer(home, "machines")["machines"].clone();
+    let marked: Vec<_> = rows.as_array().unwrap().iter().filter(|row| row["used"] == true).collect();
+    assert_eq!(
+        (marked.len(), &marked[0]["name"], &marked[0]["driven_by"]),
+        (1, &"3018".into(), &"grbl".into())
+    );
+    let said = |arguments: &str| {
+        String::from_utf8_lossy(&annulus(home, arguments).output().unwrap().stdout).into_owned()
+    };
+    assert!(said("plan board.drl").contains("Machine: 3018 router, chosen with annulus machines use."));
+    assert!(said("plan board.drl --machine six").contains("Machine: Six spindles, named with --machine."));
+    assert!(said("machines").lines().any(|line| line.starts_with("* 3018, hobby ")));
+    let refused = annulus(home, "machines use missing --json").output().unwrap();
+    assert_eq!(
+        (refused.status.code(), &json(&refused)["error"]["code"]),
+        (Some(3), &"machine.no_such".into())
+    );
+    assert_eq!(used("plan board.drl"), ["3018", "chosen"], "a refused choice changes nothing");
+    assert_eq!(used("machines use virtual"), ["virtual", "chosen"]);
 }

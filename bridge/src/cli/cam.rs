@@ -152,7 +152,7 @@ pub(crate) fn run(args: &CamArgs) -> Result<Answer, Refusal> {
         errors_unacknowledged: unseen(args, &sides).count(),
         diagnostics: &read,
     };
-    Ok(Answer::new(&report, report.text()).with_error(why))
+    Ok(Answer::new(&report, report.text()).on(&args.on, &machine).with_error(why))
 }
 
 #[derive(Serialize)]

@@ -94,7 +94,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
         tools: program.bits.len(),
         diagnostics,
     };
-    Ok(Answer::new(&report, report.text()))
+    Ok(Answer::new(&report, report.text()).on(&args.job.on, &job.machine))
 }
 
 #[derive(Serialize)]

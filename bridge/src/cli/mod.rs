@@ -43,13 +43,14 @@ mod templates;
 mod tools;
 mod verbosity;
 
+use crate::machine_file;
 use crate::refusal::{Exit, Refusal};
 use annulus_core::{error, note};
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::locale;
-use annulus_core::machine::Machine;
+use annulus_core::machine::{self, Machine};
 use annulus_core::units::Length;
 use clap::{Args, ColorChoice, FromArgMatches, Parser, Subcommand, ValueEnum};
 use serde::{Serialize, Serializer};
@@ -112,7 +113,7 @@ pub(crate) enum Command {
     Serve(serve::ServeArgs),
     /// Print a new one-time address for a running bridge.
     Link(link::LinkArgs),
-    /// List the known machines.
+    /// List the known machines, or choose the one for all commands: use.
     Machines(machines::MachinesArgs),
     /// List the tools of a machine and their wear, or reset it: list, reset.
     Tools(tools::ToolsArgs),
@@ -168,15 +169,29 @@ pub(crate) struct JobArgs {
 /// The machine of a job.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct MachineArgs {
-    /// Use this machine: a preset's name (hobby is a small router) or a machine file [default: virtual].
+    /// Use this machine: a preset's name (hobby is a small router) or a machine file [default: the one of
+    /// `annulus machines use`, else virtual].
     #[arg(short, long, value_name = "NAME|FILE")]
     machine: Option<String>,
 }
 
 impl MachineArgs {
-    /// The named machine, or the virtual drill.
+    /// The named machine, else the one that `annulus machines use` chose, else the virtual drill.
     pub(crate) fn name(&self) -> &str {
-        self.machine.as_deref().unwrap_or("virtual")
+        match (&self.machine, machine_file::chosen()) {
+            (Some(name), _) => name,
+            (None, Some(name)) => name,
+            (None, None) => machine::VIRTUAL,
+        }
+    }
+
+    /// Where the machine comes from, as in JSON.
+    pub(crate) fn origin(&self) -> &'static str {
+        match (&self.machine, machine_file::chosen()) {
+            (Some(_), _) => "flag",
+            (None, Some(_)) => "chosen",
+            (None, None) => "default",
+        }
     }
 
     /// Returns `true` if the virtual drill was named.
@@ -184,10 +199,10 @@ impl MachineArgs {
         self.machine.as_deref() == Some("virtual")
     }
 
-    /// A note that `machine` was assumed, if none was named.
+    /// A note that `machine` was assumed, if none was named or chosen.
     pub(crate) fn assumed(&self, machine: &Machine) -> Option<Diagnostic> {
         let note = note!("cli.machine_assumed", machine = &machine.name);
-        self.machine.is_none().then_some(note)
+        (self.origin() == "default").then_some(note)
     }
 }
 
@@ -283,6 +298,20 @@ impl Answer {
     /// The answer with a report, and the same as text.
     fn new(report: &impl Serialize, text: String) -> Self {
         Self { object: serde_json::to_value(report).unwrap_or_default(), text, exit: Exit::Done }
+    }
+
+    /// Adds the machine that was used, and where that choice comes from.
+    fn on(mut self, on: &MachineArgs, machine: &Machine) -> Self {
+        if let Value::Object(report) = &mut self.object {
+            report.entry("machine").or_insert_with(|| json!(on.name()));
+            report.insert("machine_from".to_owned(), json!(on.origin()));
+        }
+        // The note of an assumed machine says it already.
+        if !self.text.contains("(cli.machine_assumed)") {
+            let key = format!("cli.report.machine_{}", on.origin());
+            self.text += &(sentence(&key, &[("machine", &machine.name)]) + "\n");
+        }
+        self
     }
 
     /// Adds an error, if any: to the JSON object as in a refusal, and as the last line of the text.

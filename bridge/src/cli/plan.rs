@@ -44,7 +44,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<Answer, Refusal> {
         program_sha256: program::key(&bytes),
         diagnostics: job.diagnostics,
     };
-    Ok(Answer::new(&report, report.text()))
+    Ok(Answer::new(&report, report.text()).on(&args.job.on, &job.machine))
 }
 
 #[derive(Serialize)]

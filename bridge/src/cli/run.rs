@@ -257,7 +257,7 @@ fn drill(args: &RunArgs, driver: Driver, json: bool) -> Result<Answer, Refusal> 
     drill.shutdown();
     let mut answer = played?;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
-    Ok(answer)
+    Ok(answer.on(&wanted.on, &known.machine))
 }
 
 /// What the job would move on the drill of this computer.

@@ -30,7 +30,8 @@ pub(crate) struct ServeArgs {
     /// Do not open a browser.
     #[arg(long)]
     pub(crate) no_open: bool,
-    /// Use this machine: a preset's name or a machine file [default: virtual].
+    /// Use this machine: a preset's name or a machine file [default: the one of `annulus machines use`, else
+    /// virtual].
     #[arg(short, long)]
     pub(crate) machine: Option<String>,
     /// Drive the GRBL controller at this serial port, as listed by `annulus ports`.
@@ -52,7 +53,8 @@ pub(crate) struct ServeArgs {
 
 pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     super::log::begin(args.is_default);
-    let known = machine_file::named(args.machine.as_deref().unwrap_or("virtual"))?;
+    let chosen = machine_file::chosen().unwrap_or(machine::VIRTUAL);
+    let known = machine_file::named(args.machine.as_deref().unwrap_or(chosen))?;
     let mut claim =
         Claim::take(&runtime::folder())?.map_err(|note| already_running(note.map(|note| note.port)))?;
     let (port, listeners) = listen(args.port.unwrap_or(DEFAULT_PORT))?;
@@ -97,7 +99,9 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
 fn open(args: &ServeArgs, known: Known) -> Result<(Arc<dyn Hosted>, Option<Timing>), Refusal> {
     let speed = args.speed.unwrap_or(1.0);
     if let Some(port) = &args.serial_port {
-        let named = args.machine.as_deref().map(|name| (name, known.machine));
+        let is_mill = |name: &&str| machine::mill(machine::preset_name(name)).is_some();
+        let named = args.machine.as_deref().or_else(|| machine_file::chosen().filter(is_mill));
+        let named = named.map(|name| (name, known.machine));
         let host: Arc<dyn Hosted> = Arc::new(super::grbl::serve((port, args.baud), named, speed)?);
         return Ok((host, None));
     }

@@ -68,7 +68,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         object["digest_trace"] = trace.lines().collect();
         text.push_str(&trace);
     }
-    Ok(Answer::new(&object, text))
+    Ok(Answer::new(&object, text).on(&args.job.on, &job.machine))
 }
 
 /// Refuses with the first error, if any. The others are printed to standard error first.

@@ -42,7 +42,7 @@ pub(crate) fn run(args: &ToolsArgs) -> Result<Answer, Refusal> {
     match &args.command {
         ToolsCommand::List(on) => {
             let machine = machine_file::named(on.name())?.machine;
-            Ok(answer(&machine, &wear()?, grbl::ledger()?.wear()))
+            Ok(answer(&machine, &wear()?, grbl::ledger()?.wear()).on(on, &machine))
         }
         ToolsCommand::Reset(args) => reset(args),
     }
@@ -80,7 +80,7 @@ fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
             ledger.keep_wear(ToolWear::new(&machine.name, tool)).map_err(Refusal::surroundings)?;
         }
     }
-    Ok(answer(&machine, &known, ledger.wear()))
+    Ok(answer(&machine, &known, ledger.wear()).on(&args.on, &machine))
 }
 
 fn answer(machine: &Machine, wear: &[ToolWear], at_controllers: &[ToolWear]) -> Answer {

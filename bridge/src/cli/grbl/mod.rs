@@ -399,9 +399,10 @@ fn refuse_interrupted(ledger: &Ledger, key: &str, from_start: bool) -> Result<()
 }
 
 impl BoardArgs {
-    /// The options, with the machine model that was named.
+    /// The options, with the machine model that was named or chosen.
     fn how(&self) -> How {
-        let name = self.job.on.machine.as_deref();
+        let on = &self.job.on;
+        let name = (on.origin() != "default").then(|| on.name());
         self.how.on(name.and_then(|name| machine::mill(machine::preset_name(name))))
     }
 }
