@@ -175,7 +175,7 @@ impl Machines {
         match known {
             Some(at) if self.own[at] == own => return false,
             Some(at) if own.is_preset() && own.changes.is_empty() => {
-                drop(Arc::make_mut(&mut self.own).remove(at))
+                Arc::make_mut(&mut self.own).remove(at);
             }
             Some(at) => Arc::make_mut(&mut self.own)[at] = own,
             None if own.changes.is_empty() => return false,
@@ -447,8 +447,15 @@ fn title(model: &Model) -> String {
 pub(super) fn taken_back(model: &mut Model) -> Vec<Effect> {
     let Some(before) = model.machines.before.take().filter(|_| may_choose(model)) else { return Vec::new() };
     let machines = &mut model.machines;
+    let mut own = (*before.own).clone();
+    // Changes of presets that were saved since then stay.
+    for preset in machines.own.iter().filter(|preset| preset.is_preset()) {
+        if own.iter().all(|known| known.name != preset.name) {
+            own.push(preset.clone());
+        }
+    }
     (machines.chosen, machines.from) = (before.chosen, before.from);
-    (machines.saved, machines.own) = (before.saved, before.own);
+    (machines.saved, machines.own) = (before.saved, Arc::new(own));
     let mut effects = vec![machines.keep()];
     effects.extend(chosen(model));
     effects

@@ -3,7 +3,7 @@
 use super::line::Line;
 use super::story::Story;
 use crate::keys::Tab;
-use crate::model::machines::owner;
+use crate::model::machines::{self, owner};
 use crate::model::{
     ChoiceOrigin, Effect, FrameEvent, JobEvent, LinkEvent, MachineEvent, MachineOwner, Model, update,
 };
@@ -131,6 +131,18 @@ fn virtual_drill_plays_the_chosen_machine() {
     update(model, MachineEvent::Forget { name }.into());
     update(model, choose("3018").into());
     assert_eq!(model.machine.as_ref(), &router);
+}
+
+#[test]
+fn undone_choice_gives_the_virtual_drill_its_settings_back() {
+    let mut line = Line::told("alone linked yours status:Ready");
+    let model = &mut line.model;
+    let own = Machine { rack_tolerance: annulus_core::units::Length::from_um(70), ..virtual_drill() };
+    update(model, described(&own).into());
+    update(model, choose("3018").into());
+    update(model, described(&played(&preset("3018").unwrap()).unwrap()).into());
+    machines::taken_back(model);
+    assert_eq!((model.machines.chosen.as_deref(), model.machine.as_ref()), (None, &own));
 }
 
 #[test]
