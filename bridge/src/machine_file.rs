@@ -279,9 +279,9 @@ fn write(path: &Path, bytes: &[u8], make: impl Fn(&Path) -> io::Result<fs::File>
 pub(crate) fn text_of(machine: &Machine) -> String {
     let mut out =
         format!("# A machine of Annulus. Missing lines have the virtual drill's value.\nschema = {SCHEMA}\n");
-    for (section, rows) in SECTIONS {
-        let _ = write!(out, "\n[{section}]\n");
-        for row in *rows {
+    for section in SECTIONS {
+        let _ = write!(out, "\n[{}]\n", section.name);
+        for row in section.rows {
             let _ = writeln!(out, "# {}", explain(row));
             let name = row.key.split_once('.').map_or(row.key, |(_, name)| name);
             let _ = writeln!(out, "{name} = {}", text::literal(&row.value(machine)));

@@ -129,9 +129,9 @@ fn lab_at(interrupts: u32) -> String {
 
 fn file(machine: &Machine) -> String {
     let mut text = "schema = 1\n".to_owned();
-    for (section, rows) in SECTIONS {
-        text += &format!("[{section}]\n");
-        for row in *rows {
+    for section in SECTIONS {
+        text += &format!("[{}]\n", section.name);
+        for row in section.rows {
             let name = row.key.rsplit('.').next().unwrap();
             text += &match row.value(machine) {
                 Value::Number(number) => format!("{name} = {number:?}\n"),

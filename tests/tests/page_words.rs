@@ -4,7 +4,7 @@
 use annulus_core::cam::parameters;
 use annulus_core::cam::work::OperationKind;
 use annulus_core::locale;
-use annulus_core::machine::{Field, SECTIONS, ValueKind};
+use annulus_core::machine::{Field, Group, SECTIONS, ValueKind};
 use annulus_tests::root;
 use std::collections::BTreeSet;
 use std::fs;
@@ -152,9 +152,13 @@ fn every_text_is_used() {
 }
 
 #[test]
-fn every_section_of_the_settings_has_a_name() {
-    for (section, _) in SECTIONS {
-        assert!(locale::lookup("en", &format!("page.section.{section}")).is_some(), "{section}");
+fn every_section_and_group_of_the_settings_has_a_name() {
+    for section in SECTIONS {
+        let name = section.name;
+        assert!(locale::lookup("en", &format!("page.section.{name}")).is_some(), "{name}");
+    }
+    for group in Group::ALL.map(Group::word) {
+        assert!(locale::lookup("en", &format!("page.group.{group}")).is_some(), "{group}");
     }
 }
 

@@ -25,9 +25,9 @@ pub(crate) fn machine(
 
 pub(crate) fn file(machine: &Machine) -> String {
     let mut text = "schema = 1\n".to_owned();
-    for (section, rows) in SECTIONS {
-        text += &format!("[{section}]\n");
-        for row in *rows {
+    for section in SECTIONS {
+        text += &format!("[{}]\n", section.name);
+        for row in section.rows {
             let value = match row.value(machine) {
                 Value::Number(number) => number.to_string(),
                 Value::Text(words) => format!("{words:?}"),

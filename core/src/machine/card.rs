@@ -8,7 +8,7 @@
 //! default                           ··DU YyXx             limits of X, Y, Z; contact unwired
 //! ```
 
-use super::field::{FILE, FieldValue, Setting, fields};
+use super::field::{ADVANCED, FILE, FieldValue, Setting, fields};
 use super::value::ValueKind::{Text, Whole, Wholes};
 use super::wiring::{Pinout, of_inputs, set_inputs, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
@@ -45,8 +45,8 @@ impl Default for Card {
 
 /// The section "card" of the settings table.
 pub(super) const ROWS: &[Setting] = wiring_rows! { card;
-    ("card.outputs_at", "", Whole(0.0, 255.0), FILE, card.outputs_at)
-    ("card.inputs_at", "", Whole(0.0, 255.0), FILE, card.inputs_at)
+    ("card.outputs_at", "", Whole(0.0, 255.0), FILE.and(ADVANCED), card.outputs_at)
+    ("card.inputs_at", "", Whole(0.0, 255.0), FILE.and(ADVANCED), card.inputs_at)
 };
 
 const PINOUT: Pinout = Pinout { section: "card", outputs: 32, inputs: 32 };

@@ -4,7 +4,7 @@
 //! rpm ──▶ Hz = rpm · pole pairs / 60 ──▶ number in the converter's unit, from its profile
 //! ```
 
-use super::field::{FILE, Setting, fields};
+use super::field::{ADVANCED, FILE, Setting, fields};
 use super::value::ValueKind::{Number, Text, Whole};
 use super::{Machine, Output};
 use crate::code;
@@ -66,11 +66,11 @@ impl Converter {
 pub(super) const ROWS: &[Setting] = fields! { Machine;
     ("converter.profile", "", Text(60), FILE, converter.profile)
     ("converter.port", "", Text(200), FILE, converter.port)
-    ("converter.baud", "", Whole(0.0, 115_200.0), FILE, converter.baud)
-    ("converter.address", "", Whole(1.0, 247.0), FILE, converter.address)
+    ("converter.baud", "", Whole(0.0, 115_200.0), FILE.and(ADVANCED), converter.baud)
+    ("converter.address", "", Whole(1.0, 247.0), FILE.and(ADVANCED), converter.address)
     ("converter.pole_pairs", "", Whole(1.0, 8.0), FILE, converter.pole_pairs)
     ("converter.max_frequency", "Hz", Whole(1.0, 3_000.0), FILE, converter.max_hz)
-    ("converter.tolerance", "%", Number(0.5, 50.0), FILE, converter.tolerance_percent)
+    ("converter.tolerance", "%", Number(0.5, 50.0), FILE.and(ADVANCED), converter.tolerance_percent)
 };
 
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {

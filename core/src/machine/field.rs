@@ -9,6 +9,7 @@
 //! ```
 
 use super::Machine;
+use super::table::Group;
 use super::value::{Value, ValueKind};
 pub(crate) use super::value::{number, text};
 use crate::diagnostic::Diagnostic;
@@ -17,7 +18,7 @@ use crate::units::Length;
 
 /// Attributes of a field, as a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Flags(u8);
+pub(crate) struct Flags(u16);
 
 impl Flags {
     pub(crate) const fn and(self, other: Self) -> Self {
@@ -44,6 +45,12 @@ pub(crate) const ADAPTER: Flags = Flags(1 << 3).and(FILE);
 pub(crate) const PAIRS: Flags = Flags(1 << 4);
 /// Its numbers are boxes of four: low X, low Y, high X, high Y.
 pub(crate) const BOXES: Flags = Flags(1 << 5);
+/// Most people never change it: the page folds it away.
+pub(crate) const ADVANCED: Flags = Flags(1 << 6);
+/// The page lists it under probing, not in the group of its section.
+pub(crate) const PROBING: Flags = Flags(1 << 7);
+/// Without meaning on a machine with one spindle.
+pub(crate) const SEVERAL: Flags = Flags(1 << 8);
 
 /// One row of a table of fields of `T`.
 #[derive(Clone, Copy, Debug)]
@@ -172,6 +179,21 @@ impl Setting {
     /// True if a drill is built from it: after a change, the position is lost.
     pub fn is_built_from(&self) -> bool {
         self.flags.has(BUILT)
+    }
+
+    /// Its group on the page; `of_section` is that of its section.
+    pub fn group(&self, of_section: Group) -> Group {
+        if self.flags.has(PROBING) { Group::Probing } else { of_section }
+    }
+
+    /// True if the page folds it away.
+    pub fn is_advanced(&self) -> bool {
+        self.flags.has(ADVANCED)
+    }
+
+    /// True if it has a meaning on `machine`.
+    pub fn is_used(&self, machine: &Machine) -> bool {
+        machine.spindles > 1 || !self.flags.has(SEVERAL)
     }
 
     /// True if only the machine file changes it.

@@ -6,7 +6,7 @@
 //!            └ height                   Z at which the clamp opens and closes over a slot
 //! ```
 
-use super::field::{BUILT, Setting, fields};
+use super::field::{ADVANCED, BUILT, Setting, fields};
 use super::foot::not_named;
 use super::value::ValueKind::{Number, Numbers, Text};
 use super::{Machine, Output, Steps, ToolChange};
@@ -89,11 +89,11 @@ pub(super) const ROWS: &[Setting] = fields! { Machine;
     ("magazine.x", "mm", Numbers(-2_000.0, 2_000.0), BUILT, magazine.x)
     ("magazine.y", "mm", Numbers(-2_000.0, 2_000.0), BUILT, magazine.y)
     ("magazine.height", "mm", Number(-2_000.0, 2_000.0), BUILT, magazine.height)
-    ("magazine.pause_x", "mm", Number(-2_000.0, 2_000.0), BUILT, magazine.pause[0])
-    ("magazine.pause_y", "mm", Number(-2_000.0, 2_000.0), BUILT, magazine.pause[1])
+    ("magazine.pause_x", "mm", Number(-2_000.0, 2_000.0), BUILT.and(ADVANCED), magazine.pause[0])
+    ("magazine.pause_y", "mm", Number(-2_000.0, 2_000.0), BUILT.and(ADVANCED), magazine.pause[1])
     ("magazine.clamp", "", Text(32), BUILT, magazine.clamp)
-    ("magazine.clamp_time", "ms", Number(0.0, 60_000.0), BUILT, magazine.clamp_ms)
-    ("magazine.spin_down", "ms", Number(0.0, 60_000.0), BUILT, magazine.spin_down_ms)
+    ("magazine.clamp_time", "ms", Number(0.0, 60_000.0), BUILT.and(ADVANCED), magazine.clamp_ms)
+    ("magazine.spin_down", "ms", Number(0.0, 60_000.0), BUILT.and(ADVANCED), magazine.spin_down_ms)
 };
 
 fn refuse(code: &str, key: &str) -> Diagnostic {

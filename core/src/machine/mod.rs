@@ -5,6 +5,7 @@
 //! heights are negative.
 
 mod adapter;
+mod area;
 mod card;
 mod change;
 mod converter;
@@ -28,6 +29,7 @@ mod value;
 mod wiring;
 
 pub use adapter::{AdapterOutputs, AdapterWiring};
+pub use area::WorkArea;
 pub use card::Card;
 pub use change::{ChangeAt, ChangeSetter, HandChange, Lengths};
 pub use converter::Converter;
@@ -46,7 +48,7 @@ pub use settings::{
 };
 pub use spindles::OwnStroke;
 pub use step_dir::{StepDir, WIRED_AXES};
-pub use table::SECTIONS;
+pub use table::{Group, SECTIONS, Section};
 pub use table_speeds::warnings;
 pub use tools::{MOST_RPM, RackTool, TOOL_FIELDS, TOOL_FORMS, ToolWear, rack_of, tool_of};
 pub(crate) use tools::{set_angle, set_tip, tip_and_angle};

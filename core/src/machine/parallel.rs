@@ -4,7 +4,7 @@
 //! output bits 11 … 8 │ 7 … 0      input bits 4 … 0        default: Z │ Y X     contact, Z, Y, X
 //! ```
 
-use super::field::{FILE, FieldValue, Setting, fields};
+use super::field::{ADVANCED, FILE, FieldValue, Setting, fields};
 use super::value::ValueKind::{Text, Whole, Wholes};
 use super::wiring::{Pinout, of_inputs, set_inputs, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
@@ -39,7 +39,7 @@ impl Default for Parallel {
 
 /// The section "parallel" of the settings table.
 pub(super) const ROWS: &[Setting] = wiring_rows! { parallel;
-    ("parallel.address", "", Whole(0.0, 65_535.0), FILE, parallel.address)
+    ("parallel.address", "", Whole(0.0, 65_535.0), FILE.and(ADVANCED), parallel.address)
 };
 
 const PINOUT: Pinout = Pinout { section: "parallel", outputs: 12, inputs: 5 };

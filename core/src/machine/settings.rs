@@ -86,7 +86,7 @@ impl ValueKind {
 }
 
 pub fn settings() -> impl Iterator<Item = &'static Setting> {
-    SECTIONS.iter().flat_map(|(_, rows)| rows.iter())
+    SECTIONS.iter().flat_map(|section| section.rows)
 }
 
 /// Finds a setting by its current or old key. `rack.tools` was once `rack.bits`, a list of diameters.
@@ -146,7 +146,8 @@ fn contact_follows(before: &Machine, changed: &mut Machine) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{presets, virtual_drill};
+    use super::super::table::{Group, Section};
+    use super::super::{presets, six_spindles, virtual_drill};
     use super::*;
 
     #[test]
@@ -159,6 +160,48 @@ mod tests {
                 assert!(crate::locale::lookup("en", &key).is_some(), "no text {key}");
             }
         }
+    }
+
+    #[test]
+    fn names_have_one_to_four_words() {
+        for language in ["en", "pl", "zh"] {
+            for setting in settings() {
+                let name = locale::lookup(language, &setting.name_key()).unwrap_or_default();
+                let words = name.split_whitespace().count();
+                assert!((1..=4).contains(&words), "{language} {}: {name}", setting.key);
+            }
+        }
+    }
+
+    #[test]
+    fn every_group_has_settings_that_are_not_folded() {
+        for group in Group::ALL {
+            let of_group = |section: &Section| {
+                section
+                    .rows
+                    .iter()
+                    .filter(|row| row.group(section.group) == group && !row.is_advanced())
+                    .count()
+            };
+            assert!(SECTIONS.iter().map(of_group).sum::<usize>() > 2, "{group:?}");
+        }
+    }
+
+    #[test]
+    fn only_the_sections_that_a_machine_has_are_used() {
+        let used = |machine: &Machine, plans: bool| {
+            let names = SECTIONS.iter().filter(|section| section.is_used(machine, plans));
+            names.map(|section| section.name).collect::<Vec<_>>().join(" ")
+        };
+        let usual = "machine x y z drive motion overlap stroke spindle rack park change";
+        assert_eq!(used(&virtual_drill(), false), usual);
+        let planned = "machine x y z motion stroke spindle rack park change";
+        assert_eq!(used(&virtual_drill(), true), planned);
+        let text = |key: &str, word: &str| (key.to_owned(), Value::Text(word.to_owned()));
+        let adapter = apply(&virtual_drill(), &[text("machine.output", "adapter")]).unwrap();
+        assert_eq!(used(&adapter, false), usual.replace(" x ", " adapter x "));
+        let one = setting("spindle.deeper").unwrap();
+        assert!(!one.is_used(&virtual_drill()) && one.is_used(&six_spindles()));
     }
 
     #[test]
@@ -204,10 +247,10 @@ mod tests {
         let outputs = outputs.iter().filter(|output| **output != "virtual").copied();
         let wired: Vec<_> = outputs.chain(["converter"]).collect();
         for section in &wired {
-            let rows = SECTIONS.iter().find(|(name, _)| name == section).map_or(&[][..], |(_, rows)| rows);
+            let rows = SECTIONS.iter().find(|one| one.name == *section).map_or(&[][..], |one| one.rows);
             assert!(rows.len() > 3 && rows.iter().all(Setting::is_in_file_only), "{section}");
         }
-        let others = SECTIONS.iter().filter(|(name, _)| !wired.contains(name)).flat_map(|(_, rows)| *rows);
+        let others = SECTIONS.iter().filter(|one| !wired.contains(&one.name)).flat_map(|one| one.rows);
         let fixed: Vec<_> = others.filter(|row| row.is_in_file_only()).map(|row| row.key).collect();
         assert_eq!(fixed, ["machine.output", "machine.card_address"]);
         assert!(settings().filter(|row| row.is_in_file_only()).all(Setting::is_built_from));

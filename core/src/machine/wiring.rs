@@ -107,7 +107,7 @@ macro_rules! wiring_rows {
             (concat!(stringify!($section), ".sensors_low"), "", Wholes(0.0, 1.0), FILE;
                 |m| Some(m.$section.wiring.sensors_low.value()),
                 |m, v| set_inputs(&mut m.$section.wiring.sensors_low, v, 0))
-            (concat!(stringify!($section), ".start_stop_rate"), "Hz", Whole(0.0, 20_000.0), FILE,
+            (concat!(stringify!($section), ".start_stop_rate"), "Hz", Whole(0.0, 20_000.0), FILE.and(ADVANCED),
                 $section.wiring.start_stop_hz)
             (concat!(stringify!($section), ".step"), "", Wholes(-1.0, 31.0), FILE,
                 $section.wiring.drivers.steps)
@@ -115,21 +115,21 @@ macro_rules! wiring_rows {
                 $section.wiring.drivers.directions)
             (concat!(stringify!($section), ".enable"), "", Wholes(-1.0, 31.0), FILE,
                 $section.wiring.drivers.enables)
-            (concat!(stringify!($section), ".enable_delay"), "ms", Whole(0.0, 2_000.0), FILE,
+            (concat!(stringify!($section), ".enable_delay"), "ms", Whole(0.0, 2_000.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.enable_delay_ms)
             (concat!(stringify!($section), ".outputs_low"), "", Wholes(0.0, 31.0), FILE,
                 $section.wiring.drivers.outputs_low)
-            (concat!(stringify!($section), ".step_length"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+            (concat!(stringify!($section), ".step_length"), "ns", Wholes(0.0, 1_000_000.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.length_ns)
-            (concat!(stringify!($section), ".step_space"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+            (concat!(stringify!($section), ".step_space"), "ns", Wholes(0.0, 1_000_000.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.space_ns)
-            (concat!(stringify!($section), ".direction_setup"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+            (concat!(stringify!($section), ".direction_setup"), "ns", Wholes(0.0, 1_000_000.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.setup_ns)
-            (concat!(stringify!($section), ".direction_hold"), "ns", Wholes(0.0, 1_000_000.0), FILE,
+            (concat!(stringify!($section), ".direction_hold"), "ns", Wholes(0.0, 1_000_000.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.hold_ns)
-            (concat!(stringify!($section), ".charge_pump"), "", Whole(-1.0, 31.0), FILE,
+            (concat!(stringify!($section), ".charge_pump"), "", Whole(-1.0, 31.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.charge_pump)
-            (concat!(stringify!($section), ".charge_pump_rate"), "Hz", Whole(100.0, 20_000.0), FILE,
+            (concat!(stringify!($section), ".charge_pump_rate"), "Hz", Whole(100.0, 20_000.0), FILE.and(ADVANCED),
                 $section.wiring.drivers.charge_pump_hz)
         }
     };
