@@ -1,7 +1,7 @@
 //! The page's address: the screen and the displayed part of it.
 //!
 //! ```text
-//! #/board   #/cam/op/2   #/simulate?t=12.5   #/lab/phases   #/settings/rack   #/machine?view=operator
+//! #/board   #/cam/op/2   #/simulate?t=12.5   #/lab/phases   #/settings/tools   #/machine?view=operator
 //! ```
 //!
 //! A named part may not exist yet, for example while the board is being read. The page shows it once it
@@ -11,16 +11,24 @@ use super::{Effect, LabEvent, Model, lab, play};
 use crate::keys::{AddressPart, Tab, named};
 use crate::lab::LabPanel;
 use crate::workbench::edit;
-use annulus_core::machine::SECTIONS;
+use annulus_core::machine::{Group, SECTIONS};
 
-/// Sections of the settings that the machine's table does not have: page settings, data in the browser,
-/// version.
+/// The group of the page's own settings.
+pub const PAGE_GROUP: &str = "page";
+/// Its sections, which the machine's table does not have: page settings, data in the browser, version.
 pub const OWN_SECTIONS: [&str; 3] = ["general", "data", "about"];
 
 fn section(address: &str) -> Option<&'static str> {
     let word = address.strip_prefix("#/settings/")?;
-    let of_machine = SECTIONS.iter().map(|(section, _)| *section);
-    of_machine.chain(OWN_SECTIONS).find(|section| *section == word)
+    let of_machine = Group::ALL.map(Group::word).into_iter().chain(SECTIONS.iter().map(|one| one.name));
+    of_machine.chain([PAGE_GROUP]).chain(OWN_SECTIONS).find(|section| *section == word)
+}
+
+/// The group of settings that an address names, by its word or by one of its sections; `None` for those of the
+/// page.
+pub fn group_of(section: &str) -> Option<Group> {
+    let by_section = || SECTIONS.iter().find(|one| one.name == section).map(|one| one.group);
+    Group::ALL.into_iter().find(|group| group.word() == section).or_else(by_section)
 }
 
 /// Opens an address; an unknown one changes nothing.

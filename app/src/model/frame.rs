@@ -10,12 +10,14 @@ use crate::said::{Text, key};
 use crate::view::{Camera, Colour};
 use annulus_core::artwork::Side;
 use annulus_core::locale;
-use annulus_core::machine::SECTIONS;
+use annulus_core::machine::Group;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToastAct {
     Review,
     Update,
+    /// Put the settings before the last Apply back.
+    UndoSettings,
     DrawnBefore,
     BoardBefore,
     /// The machine that was chosen before.
@@ -70,6 +72,7 @@ pub struct Frame {
     pub awake: Option<bool>,
     /// Operator view: only the machine, large.
     pub operator: bool,
+    /// What the settings show: a group, or a section of one.
     pub section: &'static str,
     /// A part named by the address that does not exist yet.
     pub named: Option<AddressPart>,
@@ -110,7 +113,7 @@ impl Default for Frame {
             grid: true,
             awake: None,
             operator: false,
-            section: SECTIONS[0].0,
+            section: Group::Machine.word(),
             named: None,
             overlay: None,
             panels: Panels::default(),

@@ -112,6 +112,7 @@ pub struct Model {
     pub underside: Underside,
     /// Edits of the machine's settings that are not applied yet.
     pub settings: SettingsDraft,
+    applied: settings::Applied,
     pub keeping: Keeping,
     job_board: job_board::JobBoard,
     /// Newer exports of the open board's files.
@@ -222,6 +223,7 @@ impl Default for Model {
             lines: Listing::default(),
             underside: Underside::default(),
             settings: SettingsDraft::default(),
+            applied: settings::Applied::default(),
             keeping: Keeping::default(),
             job_board: job_board::JobBoard::default(),
             anew: Anew::default(),
@@ -309,7 +311,7 @@ const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 19] = [
     // What the browser must know: confirm before leaving, keep the screen on.
     link::controller::follow,
     frame::follow,
-    // A draft of the settings exists only on their screen.
+    // A draft of the settings, and the way back from the last ones, exist only on their screen.
     settings::follow,
 ];
 
@@ -381,6 +383,7 @@ fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
             model.anew.want();
             Vec::new()
         }
+        Some(ToastAct::UndoSettings) => settings::undo(model),
         Some(ToastAct::Update) => {
             model.frame.update_ready = false;
             vec![Effect::TakeUpdate]

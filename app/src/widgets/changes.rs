@@ -2,9 +2,11 @@
 //! buttons.
 
 use super::{push, push_if};
-use crate::i18n::{say, t};
+use crate::i18n::{self, say, t};
+use crate::model::settings::own_value;
 use crate::page::{link, shared};
-use annulus_core::machine::{self, Value};
+use annulus_core::grbl::{CHANGER_KEY, LENGTH_KEY, RESET_KEY, SETTER_KEY};
+use annulus_core::machine::{self, MILL_KEY, Value};
 use leptos::html::{dd, div, dl, dt, p};
 use leptos::prelude::*;
 
@@ -50,8 +52,12 @@ pub fn change_bar(
 /// The changes, row by row: old and new value.
 fn rows(staged: Vec<(String, Value)>, written: fn(&str, &Value) -> String) -> Vec<AnyView> {
     let machine = shared(|m| &m.machine).get();
+    let who = shared(|m| &m.link.controller.who).get();
     let rows = staged.into_iter().map(|(key, value)| {
-        let before = machine::setting(&key).map(|setting| setting.value(&machine));
+        let before = match machine::setting(&key) {
+            Some(setting) => Some(setting.value(&machine)),
+            None => who.as_deref().map(|who| own_value(who, &key)),
+        };
         let (old, new) = match (before, value) {
             (Some(Value::Texts(old)), Value::Texts(new)) => (others(&old, &new), others(&new, &old)),
             (before, value) => {
@@ -59,9 +65,30 @@ fn rows(staged: Vec<(String, Value)>, written: fn(&str, &Value) -> String) -> Ve
             }
         };
         let change = dd().child(move || say!("page.settings.change", old = old, new = new));
-        (dt().child(key), change).into_any()
+        (dt().child(move || name_of(&key)), change).into_any()
     });
     rows.collect()
+}
+
+/// The name of a setting, with that of its section.
+fn name_of(key: &str) -> String {
+    if let Some(setting) = machine::setting(key) {
+        let section = key.split_once('.').map_or(key, |(section, _)| section);
+        let section = i18n::text(&format!("page.section.{section}"), &[]);
+        return say!(
+            "page.settings.change_of",
+            section = section,
+            name = i18n::text(&setting.name_key(), &[])
+        );
+    }
+    match key {
+        MILL_KEY => say!("page.settings.mill"),
+        LENGTH_KEY => say!("page.lengths.title"),
+        SETTER_KEY => say!("page.lengths.setter"),
+        CHANGER_KEY => say!("page.changer.title"),
+        RESET_KEY => say!("page.opening.title"),
+        _ => key.to_owned(),
+    }
 }
 
 /// The lines of a list that another list doesn't have.

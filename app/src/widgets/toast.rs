@@ -42,6 +42,7 @@ fn line(toast: Toast) -> impl IntoView {
     let act = act.map(|act| {
         let name = match act {
             ToastAct::Review => key!("page.open.review"),
+            ToastAct::UndoSettings => key!("page.settings.undo"),
             ToastAct::Update => key!("page.update.take"),
             ToastAct::DrawnBefore => key!("page.draw.back"),
             ToastAct::BoardBefore => key!("page.draw.back_to_board"),

@@ -5,6 +5,7 @@ use crate::keys::{Stride, Tab};
 use crate::lab::LabPanel;
 use crate::model::{FrameEvent, JobEvent, Model, PlayEvent, address, update};
 use annulus_core::board::Face;
+use annulus_core::machine::Group;
 
 fn go(model: &mut Model, address: &str) -> String {
     update(model, FrameEvent::Go { address: address.to_owned() }.into());
@@ -19,6 +20,8 @@ fn address_opens_its_screen_and_is_normalized() {
         ("#/board", "#/board", Tab::Board),
         ("#/settings", "#/settings/machine", Tab::Settings),
         ("#/settings/data", "#/settings/data", Tab::Settings),
+        ("#/settings/page", "#/settings/page", Tab::Settings),
+        ("#/settings/probing", "#/settings/probing", Tab::Settings),
         ("#/settings/rack", "#/settings/rack", Tab::Settings),
         ("#/settings/nothing", "#/settings/rack", Tab::Settings),
         ("#/lab/servo", "#/lab/servo", Tab::Lab),
@@ -35,6 +38,25 @@ fn address_opens_its_screen_and_is_normalized() {
         assert_eq!((go(&mut model, wanted).as_str(), model.frame.tab), (expected, tab), "{wanted}");
     }
     assert_eq!((model.lab.sheet, model.frame.section), (LabPanel::Servo, "rack"));
+}
+
+#[test]
+fn settings_address_names_a_group_by_itself_or_by_a_section() {
+    let rows = [
+        ("machine", Some(Group::Machine)),
+        ("x", Some(Group::Machine)),
+        ("motion", Some(Group::Motion)),
+        ("stroke", Some(Group::Motion)),
+        ("tools", Some(Group::Tools)),
+        ("rack", Some(Group::Tools)),
+        ("card", Some(Group::Wiring)),
+        ("probing", Some(Group::Probing)),
+        ("page", None),
+        ("data", None),
+    ];
+    for (section, group) in rows {
+        assert_eq!(address::group_of(section), group, "{section}");
+    }
 }
 
 #[test]

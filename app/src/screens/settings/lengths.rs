@@ -1,48 +1,34 @@
 //! How a controller's tool lengths are measured, stored per machine: against the board, or on a tool setter.
-//! Moves nothing.
+//! Staged like the machine's own settings. Moves nothing.
 
+use super::controller::{menu, own_text, stage};
 use crate::format::{plain, typed};
 use crate::i18n::{self, t};
-use crate::page::{link, peek, read};
-use crate::widgets::{last_refusal, menu_word, number_field, push_if, typed_input};
+use crate::model::settings::is_about;
+use crate::page::{link, peek, read, watch};
+use crate::widgets::{menu_word, number_field, push_if, refusal, typed_input};
 use annulus_core::control::Trust;
-use annulus_core::grbl::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
-use annulus_core::machine::Value;
-use annulus_core::wire::Ask;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::grbl::{LENGTH_KEY, SETTER_KEY, ToolSetter};
 use leptos::ev;
-use leptos::html::{div, label, p, select, span};
+use leptos::html::{div, p};
 use leptos::prelude::*;
 use leptos::svg::{path, rect, svg};
 
-fn keep(key: &str, value: Value) {
-    link::ask(Ask::Configure { changes: vec![(key.to_owned(), value)] });
-}
+/// Count of a tool setter's numbers.
+const NUMBERS: usize = 6;
 
-pub(super) fn lengths() -> impl IntoView {
-    let now = Memo::new(move |_| {
-        let told = read(|m| m.link.controller.who.as_ref().map(|who| who.lengths));
-        told.unwrap_or_default()
-    });
-    let on_setter = Memo::new(move |_| now.get().on_setter);
-    let choose = |event: web_sys::Event| keep(LENGTH_KEY, Value::Text(event_target_value(&event)));
-    let words = move || {
-        (
-            menu_word("board", move || !on_setter.get(), t!("page.lengths.board")),
-            menu_word("setter", move || on_setter.get(), t!("page.lengths.setter")),
-        )
-    };
-    let chosen = move || if on_setter.get() { setter(now).into_any() } else { against_board().into_any() };
-    div().class("lengths").child((
-        label().class("field").child((
-            span().child(t!("page.lengths.title")),
-            select()
-                .attr("name", "tool-length")
-                .prop("disabled", || !link::may_change())
-                .on(ev::change, choose)
-                .child(words()),
-        )),
-        chosen,
-    ))
+pub(super) fn lengths(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
+    let on_setter = Memo::new(move |_| own_text(LENGTH_KEY) == "setter");
+    let words = vec![
+        menu_word("board", move || !on_setter.get(), t!("page.lengths.board")).into_any(),
+        menu_word("setter", move || on_setter.get(), t!("page.lengths.setter")).into_any(),
+    ];
+    let chosen =
+        move || if on_setter.get() { setter(refused).into_any() } else { against_board().into_any() };
+    div()
+        .class("lengths")
+        .child((menu(LENGTH_KEY, t!("page.lengths.title"), t!("page.lengths.title_is"), words), chosen))
 }
 
 fn against_board() -> impl IntoView {
@@ -62,11 +48,39 @@ fn spindle(x: i32, y: i32) -> impl IntoView {
 }
 
 /// A tool on the setter, the height of the setter above the board, and the six values.
-fn setter(now: Memo<ToolLengths>) -> impl IntoView {
-    let known = Memo::new(move |_| now.get().setter.is_some());
-    let picture =
-        svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true");
-    let picture = picture.child((
+fn setter(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
+    let known = Memo::new(move |_| !own_text(SETTER_KEY).is_empty());
+    let why = Memo::new(move |_| {
+        refused.with(|refused| refused.iter().find(|why| is_about(why, SETTER_KEY)).cloned())
+    });
+    let stands =
+        move || read(|m| m.link.status.as_ref().is_some_and(|status| status.trust == Trust::Trusted));
+    let may = move || link::ready() && stands();
+    let fields = move || {
+        known.get().then(|| {
+            div().class("setting-grid").child((
+                number(0, t!("page.lengths.x"), "mm"),
+                number(1, t!("page.lengths.y"), "mm"),
+                number(2, t!("page.lengths.from"), "mm"),
+                number(3, t!("page.lengths.depth"), "mm"),
+                number(4, t!("page.lengths.fast"), "mm/min"),
+                number(5, t!("page.lengths.slow"), "mm/min"),
+            ))
+        })
+    };
+    div().class("lengths").child((
+        div()
+            .class("length-picture")
+            .child((setter_picture(), p().class("quiet").child(t!("page.lengths.setter_is")))),
+        push_if("button", may, t!("page.lengths.here"), |_| here()),
+        p().class("quiet").child(t!("page.lengths.here_is")),
+        fields,
+        move || why.get().map(refusal),
+    ))
+}
+
+fn setter_picture() -> impl IntoView {
+    svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true").child((
         spindle(35, 20),
         spindle(115, 6),
         path().attr(
@@ -76,70 +90,46 @@ fn setter(now: Memo<ToolLengths>) -> impl IntoView {
         rect().attr("x", 10).attr("y", 68).attr("width", 78).attr("height", 12),
         rect().attr("x", 118).attr("y", 54).attr("width", 14).attr("height", 26),
         rect().attr("x", 106).attr("y", 80).attr("width", 38).attr("height", 4),
-    ));
-    let stands =
-        move || read(|m| m.link.status.as_ref().is_some_and(|status| status.trust == Trust::Trusted));
-    let may = move || link::ready() && stands();
-    let fields = move || {
-        known.get().then(|| {
-            div().class("setting-grid").child((
-                number(now, 0, t!("page.lengths.x"), "mm"),
-                number(now, 1, t!("page.lengths.y"), "mm"),
-                number(now, 2, t!("page.lengths.from"), "mm"),
-                number(now, 3, t!("page.lengths.depth"), "mm"),
-                number(now, 4, t!("page.lengths.fast"), "mm/min"),
-                number(now, 5, t!("page.lengths.slow"), "mm/min"),
-            ))
-        })
-    };
-    div().class("lengths").child((
-        div()
-            .class("length-picture")
-            .child((picture, p().class("quiet").child(t!("page.lengths.setter_is")))),
-        push_if("button", may, t!("page.lengths.here"), move |_| here(now)),
-        p().class("quiet").child(t!("page.lengths.here_is")),
-        fields,
     ))
+}
+
+/// The six texts: as typed, else the present numbers in the page's language.
+fn texts() -> Vec<String> {
+    let is_typed = watch(|m| &m.settings).with(|draft| draft.typed.contains_key(SETTER_KEY));
+    let all = own_text(SETTER_KEY);
+    let one = |text: &str| if is_typed { text.to_owned() } else { i18n::number(text) };
+    let mut texts: Vec<_> = all.split('\n').map(one).collect();
+    texts.resize(NUMBERS, String::new());
+    texts
 }
 
 /// Takes the current position for the setter: X and Y of its pin, and Z as the start height of the probe
 /// move.
-fn here(now: Memo<ToolLengths>) {
+fn here() {
     let at = peek(|m| m.link.status.as_ref().map(|status| status.machine_mm));
     let Some([x, y, z]) = at else { return };
-    let setter = match now.get_untracked().setter {
+    let now: Option<Vec<f64>> = untrack(texts).iter().map(|text| typed(text)).collect();
+    let setter = match now.and_then(|now| ToolSetter::of_numbers(&now)) {
         Some(setter) => ToolSetter { place_mm: [x, y], from_mm: z, ..setter },
         None => ToolSetter::usual([x, y], z),
     };
-    keep(SETTER_KEY, Value::Numbers(setter.numbers().to_vec()));
+    stage(SETTER_KEY, setter.numbers().map(|number| i18n::number(plain(number))).join("\n"));
 }
 
 /// One of the six values. An invalid text is rejected with a message.
 fn number(
-    now: Memo<ToolLengths>,
     index: usize,
     name: impl Fn() -> String + Send + Sync + 'static,
     unit: &'static str,
 ) -> impl IntoView {
-    let shown = move || {
-        let number = now.get().setter.map(|setter| setter.numbers()[index]);
-        number.map(|number| i18n::number(plain(number))).unwrap_or_default()
-    };
-    let wrong = last_refusal::<()>(shown);
+    let shown = Memo::new(move |_| texts().swap_remove(index));
     let write = move |event: web_sys::Event| {
-        let typed = typed(&event_target_value(&event));
-        wrong.set(typed.is_none().then_some(()));
-        // Pass even unfit text on: the answer is a message.
-        let numbers = now.get_untracked().setter.zip(typed).map(|(setter, typed)| {
-            let mut numbers = setter.numbers();
-            numbers[index] = typed;
-            numbers.to_vec()
-        });
-        keep(SETTER_KEY, Value::Numbers(numbers.unwrap_or_default()));
+        let mut texts = untrack(texts);
+        texts[index] = event_target_value(&event);
+        stage(SETTER_KEY, texts.join("\n"));
     };
-    let input = typed_input("decimal", shown, move || wrong.with(Option::is_some))
-        .prop("disabled", || !link::may_change())
-        .on(ev::change, write);
+    let input = typed_input("decimal", move || shown.get(), move || shown.with(|text| typed(text).is_none()))
+        .on(ev::input, write);
     let id = format!("setter-{index}");
     number_field("setting", id, name, move || unit.to_owned(), input, Signal::derive(|| None))
 }

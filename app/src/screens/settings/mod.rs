@@ -1,77 +1,82 @@
-//! Machine settings: every field of the machine's table; changes are collected, checked, and applied
-//! together.
+//! Machine settings: every field of the machine's table in groups, with a search; changes are collected,
+//! checked, and applied together.
 
+mod area;
 mod controller;
 mod field;
+mod groups;
 mod keys;
 mod lengths;
 mod own;
+mod search;
 mod tools;
 
-use crate::i18n::{self, message, say, t};
-use crate::model::address::OWN_SECTIONS;
+use crate::i18n::{message, say, t};
+use crate::model::address::{PAGE_GROUP, group_of};
 use crate::model::{FrameEvent, SettingsEvent};
 use crate::page::{read, send, shared, watch};
 use crate::widgets::{change_bar, refusal_text, tick};
 use annulus_core::control::lateness::EDGES_US;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{SECTIONS, Value, ValueKind};
+use annulus_core::machine::{Group, Value};
 use leptos::ev;
-use leptos::html::{button, div, h2, h3, nav, p, section, span, table, tbody, td, th, thead, tr};
+use leptos::html::{button, div, h3, nav, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
-
-fn section_name(section: &str) -> String {
-    own::name(section)
-        .map_or_else(|| i18n::text(&format!("page.section.{section}"), &[]), |key| i18n::text(key, &[]))
-}
 
 fn changes() -> Vec<(String, Value)> {
     let machine = shared(|m| &m.machine).get();
-    watch(|m| &m.settings).with(|draft| draft.changes(&machine))
+    let who = shared(|m| &m.link.controller.who).get();
+    watch(|m| &m.settings).with(|draft| draft.all_changes(&machine, who.as_deref()))
 }
 
 pub(crate) fn settings() -> impl IntoView {
-    let shown = watch(|m| &m.frame.section);
     let refused = Memo::new(move |_| {
         let machine = shared(|m| &m.machine).get();
         watch(|m| &m.settings).with(|draft| draft.refusals(&machine))
     });
-    let [general, others @ ..] = OWN_SECTIONS;
-    let of_machine = SECTIONS.iter().map(|(section, _)| *section);
-    let tabs = [general].into_iter().chain(of_machine).chain(others).map(|this| {
+    let sought = Memo::new(move |_| watch(|m| &m.settings).with(|draft| draft.sought.trim().to_owned()));
+    let is_seeking = Memo::new(move |_| sought.with(|sought| !sought.is_empty()));
+    let body = move || {
+        if is_seeking.get() {
+            search::found(sought, refused).into_any()
+        } else {
+            groups::group(refused).into_any()
+        }
+    };
+    let tabs = Group::ALL.into_iter().map(Some).chain([None]).map(|group| tab(group, is_seeking).into_any());
+    div().class("whole").child(
+        div().class("settings").child((
+            nav()
+                .attr("aria-label", t!("page.settings.sections"))
+                .child((search::search(), div().class("groups").child(tabs.collect::<Vec<_>>()))),
+            section().class("page").attr("aria-label", t!("page.settings.title")).child((
+                refused_by_bridge(),
+                body,
+                diff(refused),
+            )),
+        )),
+    )
+}
+
+/// The button of a group; `None` for the page's own settings. A controller that plans its own motion has no
+/// wiring.
+fn tab(group: Option<Group>, is_seeking: Memo<bool>) -> impl IntoView {
+    let shown = watch(|m| &m.frame.section);
+    let is_shown = move || !is_seeking.get() && group_of(shown.get()) == group;
+    let section = group.map_or(PAGE_GROUP, Group::word);
+    let button = move || {
         button()
             .attr("type", "button")
             .class("button quiet")
-            .attr("aria-current", move || (shown.get() == this).then_some("true"))
-            .on(ev::click, move |_| send(FrameEvent::Section { section: this }))
-            .child(move || section_name(this))
-    });
-    let plans = move || read(|m| m.link.controller.plans());
-    let fields = move || {
-        let rows =
-            SECTIONS.iter().find(|(section, _)| *section == shown.get()).map_or(&[][..], |(_, rows)| rows);
-        let shown = rows.iter().filter(|setting| setting.kind != ValueKind::Tools);
-        shown.map(|setting| field::field(setting, refused).into_any()).collect::<Vec<_>>()
+            .attr("aria-current", move || is_shown().then_some("true"))
+            .on(ev::click, move |_| {
+                send(FrameEvent::Section { section });
+                search::seek(String::new());
+            })
+            .child(move || groups::group_name(group))
     };
-    let own = Memo::new(move |_| Some(shown.get()).filter(|section| own::name(section).is_some()));
-    div().class("whole").child(div().class("settings").child((
-        nav().attr("aria-label", t!("page.settings.sections")).child(tabs.collect::<Vec<_>>()),
-        section().class("page").attr("aria-label", t!("page.settings.title")).child((
-            h2().child(move || section_name(shown.get())),
-            move || own.get().map(own::body),
-            move || own.get().is_none().then(|| p().class("quiet").child(t!("page.settings.about"))),
-            refused_by_bridge(),
-            move || (shown.get() == "machine" && plans()).then(of_controller),
-            move || (shown.get() == "rack").then(|| tools::tools(refused)),
-            move || own.get().is_none().then(|| div().class("setting-grid").child(fields())),
-            move || ["card", "parallel"].contains(&shown.get()).then(clock),
-            diff(refused),
-        )),
-    )))
-}
-
-fn of_controller() -> impl IntoView {
-    (controller::mill(), lengths::lengths(), controller::changer(), controller::opening())
+    let has = move || group != Some(Group::Wiring) || !read(|m| m.link.controller.plans());
+    move || has().then(button)
 }
 
 /// Whether character keys work as shortcuts without a modifier.

@@ -1,25 +1,39 @@
 //! The page's own settings: preferences for all screens, data saved in this browser, and version information.
 
+use super::groups::group_name;
 use crate::i18n::{self, key, say, t};
 use crate::model::KeepEvent;
+use crate::model::address::OWN_SECTIONS;
 use crate::page::{read, send, watch};
 use crate::screens::top_bar::{languages, themes, units};
 use crate::screens::welcome;
 use crate::widgets::push_if;
 use leptos::ev;
-use leptos::html::{dd, div, dl, dt, form, input, label, li, p, section, span, ul};
+use leptos::html::{dd, div, dl, dt, form, h2, h3, input, label, li, p, section, span, ul};
 use leptos::prelude::*;
 
-pub(super) fn name(section: &str) -> Option<&'static str> {
-    Some(match section {
+fn name(section: &str) -> &'static str {
+    match section {
         "general" => key!("page.settings.general"),
         "data" => key!("page.data.title"),
-        "about" => key!("page.about.title"),
-        _ => return None,
-    })
+        _ => key!("page.about.title"),
+    }
 }
 
-pub(super) fn body(section: &str) -> AnyView {
+/// The group of the page's own settings.
+pub(super) fn page() -> impl IntoView {
+    let sections = OWN_SECTIONS.map(|section| {
+        let title = h3().child(move || i18n::text(name(section), &[]));
+        div().class("setting-part").child((title, body(section))).into_any()
+    });
+    (
+        h2().child(|| group_name(None)),
+        p().class("quiet").child(t!("page.settings.page_about")),
+        Vec::from(sections),
+    )
+}
+
+fn body(section: &str) -> AnyView {
     match section {
         "general" => general().into_any(),
         "data" => data().into_any(),

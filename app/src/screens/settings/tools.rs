@@ -3,6 +3,7 @@
 use crate::i18n::{self, key, say, t};
 use crate::model::SettingsEvent;
 use crate::model::rack::{self, DIAMETER, FORM, NUMBER, RACK_KEY};
+use crate::model::settings::is_about;
 use crate::page::{link, send, shared, watch};
 use crate::screens::machine::words::wear_words;
 use crate::widgets::{menu_word, push, push_if, refusal, typed_input};
@@ -43,9 +44,22 @@ fn named(name: &'static str) -> impl Fn() -> String + Copy {
 
 /// The columns before the wear; all others follow it.
 const FIRST: [&str; 4] = [NUMBER, FORM, DIAMETER, "life"];
+/// The slot of a magazine.
+const PLACE: &str = "place";
 
-fn others() -> impl Iterator<Item = &'static str> {
-    TOOL_FIELDS.iter().map(|field| field.key).filter(|word| !FIRST.contains(word))
+/// The columns after the wear; only a machine with a magazine has slots.
+fn others(has_magazine: bool) -> impl Iterator<Item = &'static str> {
+    let words = TOOL_FIELDS.iter().map(|field| field.key).filter(|word| !FIRST.contains(word));
+    words.filter(move |word| has_magazine || *word != PLACE)
+}
+
+/// True if the machine changes tools from a magazine, or will after Apply.
+fn has_magazine() -> bool {
+    let typed = watch(|m| &m.settings).with(|draft| draft.typed.get("rack.change").cloned());
+    match typed {
+        Some(word) => word == "magazine",
+        None => shared(|m| &m.machine).with(|machine| machine.has_magazine()),
+    }
 }
 
 pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
@@ -54,34 +68,51 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
         watch(|m| &m.settings).with(|draft| draft.rack(&machine))
     });
     let count = Memo::new(move |_| lines.with(Vec::len));
-    let head = |column: &'static str| th().attr("scope", "col").child(named(column_name(column)));
-    let (first, others) = (FIRST.map(head), others().map(head).collect::<Vec<_>>());
-    let about =
-        |found: &&Diagnostic| found.args.iter().any(|(name, value)| name == "key" && value == RACK_KEY);
-    let why = Memo::new(move |_| refused.with(|found| found.iter().find(about).cloned()));
-    let rows = move || (0..count.get()).map(|row| line(lines, row, why).into_any()).collect::<Vec<_>>();
+    let why =
+        Memo::new(move |_| refused.with(|found| found.iter().find(|why| is_about(why, RACK_KEY)).cloned()));
+    let has_magazine = Memo::new(move |_| has_magazine());
+    let rows = move || {
+        let has_magazine = has_magazine.get();
+        (0..count.get()).map(|row| line(lines, row, why, has_magazine).into_any()).collect::<Vec<_>>()
+    };
     div().class("rack").child((
-        div().class("rack-scroll").child(table().class("rack-table").child((
-            caption().class("unseen").child(t!("page.section.rack")),
-            thead().child(tr().child((
-                first.into_iter().collect::<Vec<_>>(),
-                th().attr("scope", "col").child(t!("page.tools.done")),
-                others,
-                th().attr("scope", "col").child(span().class("unseen").child(t!("page.tools.acts"))),
+        div()
+            .class("rack-scroll")
+            .attr("tabindex", "0")
+            .attr("role", "region")
+            .attr("aria-label", t!("page.section.rack"))
+            .child(table().class("rack-table").child((
+                caption().class("unseen").child(t!("page.section.rack")),
+                thead().child(move || head(has_magazine.get())),
+                tbody().child(rows),
             ))),
-            tbody().child(rows),
-        ))),
         move || why.get().map(refusal),
         p().class("quiet").child(t!("page.tools.about")),
         push("button", t!("page.tools.add"), |_| send(SettingsEvent::AddTool)),
     ))
 }
 
-fn line(lines: Memo<Vec<String>>, row: usize, why: Memo<Option<Diagnostic>>) -> impl IntoView {
+fn head(has_magazine: bool) -> AnyView {
+    let of = |column: &'static str| th().attr("scope", "col").child(named(column_name(column))).into_any();
+    tr().child((
+        FIRST.map(of).into_iter().collect::<Vec<_>>(),
+        th().attr("scope", "col").child(t!("page.tools.done")),
+        others(has_magazine).map(of).collect::<Vec<_>>(),
+        th().attr("scope", "col").child(span().class("unseen").child(t!("page.tools.acts"))),
+    ))
+    .into_any()
+}
+
+fn line(
+    lines: Memo<Vec<String>>,
+    row: usize,
+    why: Memo<Option<Diagnostic>>,
+    has_magazine: bool,
+) -> impl IntoView {
     let now = Memo::new(move |_| lines.with(|lines| lines.get(row).cloned().unwrap_or_default()));
     let number = move || now.with(|line| rack::cell(line, NUMBER));
     let cell = |column: &'static str| td().child(entry(now, row, column, why)).into_any();
-    let (first, others) = (FIRST.map(cell), others().map(cell).collect::<Vec<_>>());
+    let (first, others) = (FIRST.map(cell), others(has_magazine).map(cell).collect::<Vec<_>>());
     tr().child((
         first.into_iter().collect::<Vec<_>>(),
         td().child(div().class("rack-done").child((wear(now), new_tool(now)))),
@@ -95,7 +126,7 @@ fn line(lines: Memo<Vec<String>>, row: usize, why: Memo<Option<Diagnostic>>) -> 
 }
 
 /// True if `why` is about this column of this line.
-fn is_about(why: &Diagnostic, line: &str, column: &str) -> bool {
+fn is_of_cell(why: &Diagnostic, line: &str, column: &str) -> bool {
     let is = |wanted: &str, own: &str| why.args.iter().any(|(name, value)| name == wanted && value == own);
     is("line", line) && is("word", column)
 }
@@ -116,8 +147,9 @@ fn entry(now: Memo<String>, row: usize, column: &'static str, why: Memo<Option<D
     }
     let shape = ["tip", "angle"].contains(&column);
     let has = move || !shape || now.with(|line| rack::cell(line, FORM)) == TOOL_FORMS[2];
-    let is_wrong =
-        move || why.with(|why| why.as_ref().is_some_and(|why| now.with(|line| is_about(why, line, column))));
+    let is_wrong = move || {
+        why.with(|why| why.as_ref().is_some_and(|why| now.with(|line| is_of_cell(why, line, column))))
+    };
     typed_input("decimal", move || i18n::number(value()), is_wrong)
         .attr("aria-label", name)
         .prop("disabled", move || !has())
