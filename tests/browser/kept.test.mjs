@@ -98,7 +98,7 @@ test("what is kept is listed in the settings, and all that is not open is delete
     await keptSample(page);
     await again(page);
     await tab(page, "Settings").click();
-    await page.getByRole("button", { name: "Data", exact: true }).click();
+    await page.getByRole("button", { name: "Page", exact: true }).click();
     await page.getByText(/The browser uses [\d.]+ MB/).waitFor();
     await offer(page).waitFor();
     assert.deepEqual(await findings(page), []);
@@ -108,7 +108,6 @@ test("what is kept is listed in the settings, and all that is not open is delete
     await remove.click();
     await page.getByText("No board is saved except the open one.").waitFor();
     await until(async () => (await kept(page, 0)) === "", "an empty store");
-    await page.getByRole("button", { name: "About", exact: true }).click();
     await page.getByText("Free software: MIT or Apache-2.0, as you choose.").waitFor();
     assert.deepEqual(await findings(page), []);
     assert.deepEqual(problems, []);

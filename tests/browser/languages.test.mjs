@@ -141,7 +141,7 @@ test("the address can ask for a language, and numbers have its decimal mark", as
     await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
     await page.keyboard.press("6");
     await page.getByRole("button", { name: "Wrzeciono", exact: true }).waitFor();
-    await page.getByRole("button", { name: "Skok", exact: true }).click();
+    await page.getByRole("button", { name: "Ruch", exact: true }).click();
     const thickness = page.locator("#setting-stroke-board_thickness");
     assert.match(await thickness.inputValue(), /^\d+,\d+$/, "a comma is shown");
     await thickness.fill("1,234.5");

@@ -27,6 +27,8 @@ test("a controller that is set up for another mill than it is said to be is told
     const mill = page.getByRole("combobox", { name: /^Machine model/ });
     assert.equal(await mill.inputValue(), "");
     await mill.selectOption("shapeoko-3");
+    await press(page, page.getByRole("button", { name: "Apply" }));
+    await page.getByText("The machine has the new settings.").waitFor();
     await page.screenshot({ path: picture("mills-settings") });
     await tab(page, "Machine").click();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));

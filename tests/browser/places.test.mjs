@@ -30,13 +30,13 @@ test("what is on show has an address, an address shows what it names, and Back g
     await show(page, "Settings");
     await isAt(page, "#/settings/machine");
     await page.getByRole("navigation", { name: "Sections" }).getByRole("button", { name: "Tools" }).click();
-    await isAt(page, "#/settings/rack");
+    await isAt(page, "#/settings/tools");
     await page.goBack();
     await isAt(page, "#/cam/op/2");
     assert.equal(await screenNow(page), "CAM", "one step back, past the other section");
     await isChosen(page, 2);
     await page.goForward();
-    await isAt(page, "#/settings/rack");
+    await isAt(page, "#/settings/tools");
     await page.getByRole("heading", { name: "Tools" }).first().waitFor();
     await page.evaluate(() => (location.hash = "#/cam/op/3"));
     await isChosen(page, 3);

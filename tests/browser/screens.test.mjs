@@ -255,7 +255,7 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
   const { page, context } = await opened();
   try {
     await show(page, "Settings");
-    await page.getByRole("button", { name: "General" }).click();
+    await page.getByRole("button", { name: "Page", exact: true }).click();
     await page.getByLabel("Single-key shortcuts").uncheck();
     await page.reload();
     await page.getByRole("button", { name: "Settings" }).waitFor();
@@ -267,7 +267,7 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
     assert.equal(await page.getByRole("dialog").count(), 0);
     await page.keyboard.press("Control+,");
     await until(async () => (await now()) === "Settings", "the settings by Ctrl+,");
-    await page.getByRole("button", { name: "General" }).click();
+    await page.getByRole("button", { name: "Page", exact: true }).click();
     await page.getByLabel("Single-key shortcuts").check();
     await page.evaluate(() => document.activeElement?.blur());
     await page.keyboard.press("2");
@@ -283,7 +283,7 @@ test("a single key is moved to another, stays moved, is written so in the help, 
   const leave = () => page.evaluate(() => document.activeElement?.blur());
   try {
     await show(page, "Settings");
-    await page.getByRole("button", { name: "General" }).click();
+    await page.getByRole("button", { name: "Page", exact: true }).click();
     await page.getByText("Keys of your own").click();
     const field = page.getByRole("textbox", { name: "Show CAM" });
     await field.fill("3");
@@ -305,7 +305,7 @@ test("a single key is moved to another, stays moved, is written so in the help, 
     await page.getByRole("dialog").getByRole("listitem").filter({ hasText: "Show CAM" }).getByText("Q", { exact: true }).waitFor();
     await page.keyboard.press("Escape");
     await show(page, "Settings");
-    await page.getByRole("button", { name: "General" }).click();
+    await page.getByRole("button", { name: "Page", exact: true }).click();
     await page.getByText("Keys of your own").click();
     await page.getByRole("button", { name: "Restore default keys" }).click();
     await leave();

@@ -401,7 +401,7 @@ test("the filter of a sensor is set by the page, and touches that were shorter a
     await page.getByRole("columnheader", { name: "Last change" }).waitFor();
     assert.equal(await column.count(), 0, "nothing is filtered, nothing is counted");
     await tab(page, "Settings").click();
-    await page.getByRole("button", { name: "USB adapter", exact: true }).click();
+    await page.getByRole("button", { name: "Card or adapter", exact: true }).click();
     await page.locator("#setting-adapter-filters").fill("0 200 0 0 0 0 0");
     await press(page, page.getByRole("button", { name: "Apply" }));
     await page.getByRole("button", { name: "Apply" }).waitFor({ state: "detached" });
