@@ -103,7 +103,7 @@ test("applied settings can be undone, and the drawing follows what is typed", as
     await press(page, apply(page));
     await page.getByText("The machine has the new settings.").waitFor();
     assert.equal(await high.inputValue(), "150");
-    await page.getByRole("button", { name: "Undo", exact: true }).click();
+    await page.locator(".toast").getByRole("button", { name: "Undo" }).click();
     await page.getByText("The machine has its earlier settings again.").waitFor();
     await until(async () => (await high.inputValue()) === before, "the value of before");
     // Leaving the screen takes the offer away.

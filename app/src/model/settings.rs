@@ -180,7 +180,7 @@ pub struct Part {
 pub fn parts(group: Group, machine: &Machine, plans: bool) -> Vec<Part> {
     let part = |section: &machine::Section| {
         let is_shown = |row: &&Setting| {
-            row.group(section.group) == group && row.kind != ValueKind::Tools && row.is_used(machine)
+            row.group(section.group) == group && row.kind != ValueKind::Tools && row.is_used(machine, plans)
         };
         let (advanced, rows): (Vec<_>, Vec<_>) =
             section.rows.iter().filter(is_shown).partition(|row| row.is_advanced());

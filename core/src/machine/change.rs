@@ -1,7 +1,7 @@
 //! Manual tool changes on machines that Annulus drives itself: position, height, and how tool lengths are
 //! known.
 
-use super::field::{NONE, PROBING, Setting, YES_NO, fields, words};
+use super::field::{NONE, PROBING, STEPS, Setting, YES_NO, fields, words};
 use super::value::Value;
 use super::value::ValueKind::Number;
 use super::{Axis, Machine, Output, Steps, ToolChange};
@@ -120,13 +120,13 @@ words!(Lengths: "touch" => Lengths::Touch, "equal" => Lengths::Equal);
 
 /// The section "change" of the settings table.
 pub(super) const ROWS: &[Setting] = fields! { Machine;
-    ("change.at", "", ChangeAt::KIND, NONE, change.at)
+    ("change.at", "", ChangeAt::KIND, STEPS, change.at)
     ("change.height", "mm", Number(0.0, 500.0), NONE, change.height)
-    ("change.setter", "", YES_NO, PROBING, change.setter.on)
-    ("change.setter_x", "mm", Number(-2_000.0, 2_000.0), PROBING, change.setter.place[0])
-    ("change.setter_y", "mm", Number(-2_000.0, 2_000.0), PROBING, change.setter.place[1])
-    ("change.setter_depth", "mm", Number(1.0, 500.0), PROBING, change.setter.depth)
-    (LENGTHS_KEY, "", Lengths::KIND, PROBING, change.lengths)
+    ("change.setter", "", YES_NO, PROBING.and(STEPS), change.setter.on)
+    ("change.setter_x", "mm", Number(-2_000.0, 2_000.0), PROBING.and(STEPS), change.setter.place[0])
+    ("change.setter_y", "mm", Number(-2_000.0, 2_000.0), PROBING.and(STEPS), change.setter.place[1])
+    ("change.setter_depth", "mm", Number(1.0, 500.0), PROBING.and(STEPS), change.setter.depth)
+    (LENGTHS_KEY, "", Lengths::KIND, PROBING.and(STEPS), change.lengths)
 };
 
 #[cfg(test)]

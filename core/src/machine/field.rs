@@ -51,6 +51,8 @@ pub(crate) const ADVANCED: Flags = Flags(1 << 6);
 pub(crate) const PROBING: Flags = Flags(1 << 7);
 /// Without meaning on a machine with one spindle.
 pub(crate) const SEVERAL: Flags = Flags(1 << 8);
+/// Without meaning on a controller that plans its own motion.
+pub(crate) const STEPS: Flags = Flags(1 << 9);
 
 /// One row of a table of fields of `T`.
 #[derive(Clone, Copy, Debug)]
@@ -191,9 +193,10 @@ impl Setting {
         self.flags.has(ADVANCED)
     }
 
-    /// True if it has a meaning on `machine`.
-    pub fn is_used(&self, machine: &Machine) -> bool {
-        machine.spindles > 1 || !self.flags.has(SEVERAL)
+    /// True if it has a meaning on `machine`. `plans` is true for a controller that plans its own motion.
+    pub fn is_used(&self, machine: &Machine, plans: bool) -> bool {
+        let is_several = machine.spindles > 1 || !self.flags.has(SEVERAL);
+        is_several && !(plans && self.flags.has(STEPS))
     }
 
     /// True if only the machine file changes it.

@@ -201,7 +201,9 @@ mod tests {
         let adapter = apply(&virtual_drill(), &[text("machine.output", "adapter")]).unwrap();
         assert_eq!(used(&adapter, false), usual.replace(" x ", " adapter x "));
         let one = setting("spindle.deeper").unwrap();
-        assert!(!one.is_used(&virtual_drill()) && one.is_used(&six_spindles()));
+        assert!(!one.is_used(&virtual_drill(), false) && one.is_used(&six_spindles(), false));
+        let lengths = setting("change.lengths").unwrap();
+        assert!(lengths.is_used(&virtual_drill(), false) && !lengths.is_used(&virtual_drill(), true));
     }
 
     #[test]

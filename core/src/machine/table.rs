@@ -3,7 +3,8 @@
 //! The locale tables hold the descriptions; `settings` checks the values.
 
 use super::field::{
-    ADVANCED, BUILT, FILE, Flags, NONE, PROBING, SEVERAL, STREAM, Setting, YES_NO, fields, number, words,
+    ADVANCED, BUILT, FILE, Flags, NONE, PROBING, SEVERAL, STEPS, STREAM, Setting, YES_NO, fields, number,
+    words,
 };
 use super::spindles::{listed, set_listed};
 use super::tools::{MOST_RPM, rack_of, rack_value};
@@ -66,8 +67,8 @@ const Z: &[Setting] = axis!("z", z);
 const MACHINE: &[Setting] = fields! { Machine;
     ("machine.name", "", Text(60), NONE, name)
     ("machine.description", "", Text(400), NONE, description)
-    ("machine.output", "", Output::KIND, FILE, output)
-    ("machine.card_address", "", Whole(0.0, 65_535.0), FILE.and(ADVANCED), card_address)
+    ("machine.output", "", Output::KIND, FILE.and(STEPS), output)
+    ("machine.card_address", "", Whole(0.0, 65_535.0), FILE.and(ADVANCED).and(STEPS), card_address)
     ("machine.spindles", "", Whole(1.0, 6.0), BOTH, spindles)
 };
 
@@ -110,8 +111,8 @@ const STROKE: &[Setting] = fields! { Machine;
     ("stroke.feed_height", "mm", Number(0.0, 100.0), STREAM, process.feed_height)
     ("stroke.board_thickness", "mm", Number(0.1, 20.0), BOTH, process.board_thickness)
     ("stroke.breakthrough", "mm", Number(0.0, 10.0), BOTH, process.breakthrough)
-    ("stroke.contact_tolerance", "mm", Number(0.0, 5.0), BUILT.and(PROBING), process.contact_tolerance)
-    ("stroke.touch_speed", "mm/s", Number(0.2, 10.0), PROBING, process.touch_mm_per_s)
+    ("stroke.contact_tolerance", "mm", Number(0.0, 5.0), BUILT.and(PROBING).and(STEPS), process.contact_tolerance)
+    ("stroke.touch_speed", "mm/s", Number(0.2, 10.0), PROBING.and(STEPS), process.touch_mm_per_s)
     ("stroke.lift_at_pause", "", YES_NO, NONE, process.lift_at_pause)
     ("stroke.feed", "mm/s", Number(0.01, 500.0), STREAM, process.feed_mm_per_s)
     ("stroke.dwell_bottom", "ms", Number(0.0, 10_000.0), STREAM.and(ADVANCED), process.dwell_bottom_ms)

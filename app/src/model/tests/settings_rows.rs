@@ -218,6 +218,8 @@ fn groups_show_what_the_machine_has_and_fold_the_rest() {
     let (one, six) = (virtual_drill(), six_spindles());
     assert_eq!(shown(Group::Machine, &one, false), "machine:4+1 x:8+9 y:8+9 z:8+9 park:4+0");
     assert_eq!(shown(Group::Probing, &one, false), "stroke:3+0 change:5+0");
+    assert_eq!(shown(Group::Probing, &one, true), "stroke:1+0");
+    assert_eq!(shown(Group::Machine, &one, true), "machine:3+0 x:8+9 y:8+9 z:8+9 park:4+0");
     assert_eq!(shown(Group::Spindle, &one, false), "-converter:4+3 spindle:3+0 -foot:3+0");
     assert_eq!(shown(Group::Spindle, &six, false), "-converter:4+3 spindle:4+3 -foot:3+0");
     assert_eq!(shown(Group::Tools, &one, false), "rack:2+0 -magazine:4+4 change:2+0");

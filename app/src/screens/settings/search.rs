@@ -6,7 +6,7 @@ use crate::i18n::{self, key, say, t};
 use crate::model::address::PAGE_GROUP;
 use crate::model::settings::is_found;
 use crate::model::{FrameEvent, SettingsEvent};
-use crate::page::{read, send, watch};
+use crate::page::{read, send, shared, watch};
 use crate::widgets::push;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Group, SECTIONS, Section, Setting, ValueKind};
@@ -94,8 +94,9 @@ pub(super) fn found(sought: Memo<String>, refused: Memo<Vec<Diagnostic>>) -> imp
 /// The settings whose name or key fits come first.
 fn look(sought: &str) -> Found {
     let plans = read(|m| m.link.controller.plans());
+    let machine = shared(|m| &m.machine).get();
     let (mut settings, mut by_help) = (Vec::new(), Vec::new());
-    for (section, setting) in rows() {
+    for (section, setting) in rows().filter(|(_, setting)| setting.is_used(&machine, plans)) {
         let mut texts = vec![i18n::text(&setting.name_key(), &[]), setting.key.to_owned()];
         if is_found(sought, &texts) {
             settings.push(setting.key);
