@@ -87,11 +87,11 @@ fn describe(model: &mut Model, machine: &Machine) {
 
 /// The text of the last request in `effects`.
 fn asked(effects: &[Effect]) -> String {
-    let sent = effects.iter().filter_map(|effect| match effect {
+    let sent = effects.iter().rev().find_map(|effect| match effect {
         Effect::Send { text } => Some(text.clone()),
         _ => None,
     });
-    sent.last().unwrap_or_default()
+    sent.unwrap_or_default()
 }
 
 fn toasts(model: &Model) -> Vec<(Text, Option<ToastAct>)> {
