@@ -157,10 +157,39 @@ impl OpenBoard {
 
     /// Warnings and errors of refusals, plan and files, at most `MOST_PROBLEMS`.
     pub fn problems(&self) -> Vec<Diagnostic> {
-        let of_plan = self.plan.iter().flat_map(|plan| &plan.diagnostics);
-        let of_files = self.document.iter().flat_map(|document| document.diagnostics());
-        let all = self.refused.iter().chain(of_plan).chain(of_files);
+        let all = self.refused.iter().chain(self.of_plan()).chain(self.of_files());
         all.filter(|diagnostic| diagnostic.severity > Severity::Note).take(MOST_PROBLEMS).cloned().collect()
+    }
+
+    fn of_plan(&self) -> impl Iterator<Item = &Diagnostic> {
+        let of_plan = self.plan.iter().flat_map(|plan| &plan.diagnostics);
+        of_plan.filter(|diagnostic| diagnostic.severity > Severity::Note)
+    }
+
+    fn of_files(&self) -> impl Iterator<Item = &Diagnostic> {
+        let of_files = self.document.iter().flat_map(|document| document.diagnostics());
+        of_files.filter(|diagnostic| diagnostic.severity > Severity::Note)
+    }
+
+    /// Number of problems that the proof found, accepted or not.
+    pub fn found(&self) -> usize {
+        let groups = self.proved.iter().flat_map(|proved| &proved.groups);
+        groups.map(|group| group.count as usize).sum()
+    }
+
+    /// Number of problems that only the Board screen lists: refusals, warnings and errors of the files.
+    pub fn of_files_count(&self) -> usize {
+        self.refused.len() + self.of_files().count()
+    }
+
+    /// Number of all problems, accepted or not. The same on every screen.
+    pub fn problem_count(&self) -> usize {
+        self.of_files_count() + self.of_plan().count() + self.found()
+    }
+
+    /// True if the plan has warnings or errors, or the proof found problems.
+    pub(super) fn has_job_problems(&self) -> bool {
+        self.found() > 0 || self.of_plan().next().is_some()
     }
 
     /// Errors of the plan: parts of the board that it leaves out.

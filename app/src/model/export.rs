@@ -4,7 +4,7 @@
 //! Write ─▶ in progress ─▶ files saved │ run sheet shown │ problems to be read first │ refused
 //! ```
 //!
-//! The outcome disappears when the job changes.
+//! The outcome disappears when the job changes, and with the panel.
 
 use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::{Effect, Lane, Model};
@@ -48,6 +48,8 @@ enum OnTheWay {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Export {
     on_the_way: Option<OnTheWay>,
+    /// The panel is shown.
+    pub open: bool,
     pub lines_only: bool,
     pub outcome: Option<ExportOutcome>,
     pub refused: Vec<Diagnostic>,
@@ -56,7 +58,10 @@ pub struct Export {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExportEvent {
-    Shown,
+    /// Show or close the panel.
+    Panel {
+        on: bool,
+    },
     /// Replace arcs by lines or not.
     LinesOnly {
         on: bool,
@@ -110,8 +115,8 @@ pub(super) fn progress(model: &mut Model, wanted: u32, done_share: f64) {
 
 pub(super) fn update(model: &mut Model, event: ExportEvent) -> Vec<Effect> {
     match event {
-        ExportEvent::Shown => {
-            model.export.lines_only = false;
+        ExportEvent::Panel { on } => {
+            model.export.open = on;
             forget(model);
         }
         ExportEvent::LinesOnly { on } => model.export.lines_only = on,
@@ -173,35 +178,30 @@ fn board_name(model: &Model) -> String {
 }
 
 pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
-    match model.export.on_the_way.take() {
-        Some(OnTheWay::Writing { purpose, wanted, reread: false, .. }) if board_is_gone(&answer) => {
+    match (model.export.on_the_way.take(), answer) {
+        (Some(OnTheWay::Writing { purpose, wanted, reread: false, .. }), answer)
+            if board_is_gone(&answer) =>
+        {
             written_anew(model, purpose, wanted)
         }
-        Some(OnTheWay::Writing { purpose, .. }) => {
-            model.export.refused = Vec::new();
-            match answer {
-                Ok(Answer::Exported(exported)) => written(model, purpose, *exported),
-                Err(Stopped::Refused(why)) => {
-                    model.export.refused = why;
-                    Vec::new()
-                }
-                _ => Vec::new(),
-            }
+        (Some(_), Err(Stopped::Refused(why))) => {
+            // A shortcut or a command may have asked without the panel, which shows why.
+            (model.export.refused, model.export.open) = (why, true);
+            Vec::new()
         }
-        Some(OnTheWay::Saving { .. }) => {
+        (Some(OnTheWay::Writing { purpose, .. }), Ok(Answer::Exported(exported))) => {
             model.export.refused = Vec::new();
-            match answer {
-                Ok(Answer::Saved(bytes)) => {
-                    vec![saved(&format!("{}.annulus", board_name(model)), "application/zip", bytes)]
-                }
-                Err(Stopped::Refused(why)) => {
-                    model.export.refused = why;
-                    Vec::new()
-                }
-                _ => Vec::new(),
-            }
+            written(model, purpose, *exported)
         }
-        None => Vec::new(),
+        (Some(OnTheWay::Saving { .. }), Ok(Answer::Saved(bytes))) => {
+            model.export.refused = Vec::new();
+            vec![saved(&format!("{}.annulus", board_name(model)), "application/zip", bytes)]
+        }
+        (Some(_), _) => {
+            model.export.refused = Vec::new();
+            Vec::new()
+        }
+        (None, _) => Vec::new(),
     }
 }
 
@@ -216,12 +216,14 @@ fn written_anew(model: &mut Model, purpose: Purpose, wanted: Box<ToExport>) -> V
 fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effect> {
     if !exported.unread.is_empty() {
         model.export.outcome = Some(ExportOutcome::Unread { sides: exported.unread });
+        model.export.open = true;
         return Vec::new();
     }
     match purpose {
         Purpose::RunSheet => {
             model.export.run_sheet = Some(exported.sheet(&model.frame.language));
-            model.export.outcome = None;
+            // One dialog at a time; only the sheet is printed.
+            (model.export.outcome, model.export.open) = (None, false);
             Vec::new()
         }
         Purpose::Files => {

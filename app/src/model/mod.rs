@@ -23,6 +23,7 @@ pub mod level;
 pub mod lines;
 pub mod link;
 pub mod machines;
+pub mod next;
 pub mod planning;
 pub mod play;
 pub mod presses;
@@ -54,6 +55,7 @@ pub use level::{LevelEvent, Leveling, PlannedMap};
 pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use machines::{ChoiceOrigin, MachineEvent, MachineOwner, Machines};
+pub use next::{NextStep, ProofSentence, ProofState, Visited};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use presses::{PressEvent, Presses};
@@ -92,6 +94,10 @@ pub struct Model {
     /// The board that was open before the review on screen, to go back to.
     pub before: Option<Arc<BoardBefore>>,
     pub job: JobEdit,
+    /// The screens that the user has seen for this board.
+    pub visited: Visited,
+    /// Number of files that the browser is reading for the page; 0 if none.
+    pub coming: usize,
     /// Requests that wait for a worker's answer.
     pub on_the_way: OnTheWay,
     pub export: Export,
@@ -208,6 +214,8 @@ impl Default for Model {
             board: OpenBoard::default(),
             before: None,
             job: JobEdit::default(),
+            visited: Visited::default(),
+            coming: 0,
             on_the_way: OnTheWay::default(),
             export: Export::default(),
             template: Template::default(),
@@ -295,6 +303,8 @@ const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 19] = [
     // A new plan starts from its beginning: before the address, which may name a second of it.
     play::follow,
     address::follow,
+    // After the address, which may open another screen.
+    next::follow,
     // The list of lines shows the plan, and the underside the stock, of the playback above.
     lines::follow,
     carved::follow,

@@ -2,7 +2,7 @@
 
 use super::{memo, peek, read, send, shared, watch};
 use crate::keys::Tab;
-use crate::model::{JobEvent, Model, Unseen};
+use crate::model::{JobEvent, Model, NextStep, ProofSentence, Unseen};
 use crate::picture;
 use crate::toolpaths::Toolpaths;
 use annulus_core::cam::work::{Operation, Work};
@@ -26,6 +26,31 @@ fn of_plan<T>(get: fn(&Model) -> T) -> T {
 /// Warnings and errors of files and plan, at most a hundred.
 pub fn problems() -> Memo<Vec<Diagnostic>> {
     memo(|| of_plan(|m| m.board.problems()))
+}
+
+/// Number of all problems of files, plan and proof, accepted or not.
+pub fn problem_count() -> usize {
+    memo(|| of_plan(|m| m.board.problem_count())).get()
+}
+
+/// Number of problems that only the Board screen lists.
+pub fn of_files_count() -> usize {
+    memo(|| of_plan(|m| m.board.of_files_count())).get()
+}
+
+pub fn proof_sentence() -> Memo<Option<ProofSentence>> {
+    memo(|| {
+        read(|m| m.board.reviewing);
+        of_plan(Model::proof_sentence)
+    })
+}
+
+pub fn next_step() -> Memo<Option<NextStep>> {
+    memo(|| {
+        read(|m| m.board.reviewing);
+        read(|m| m.visited);
+        of_plan(Model::next_step)
+    })
 }
 
 /// Errors of the displayed plan: parts of the board that it leaves out.

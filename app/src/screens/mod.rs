@@ -6,6 +6,7 @@ mod cam;
 mod canvas;
 mod drawing;
 mod help;
+mod job_line;
 mod lab;
 mod layers;
 pub mod machine;

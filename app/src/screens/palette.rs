@@ -78,7 +78,11 @@ fn do_command(command: Keyless) {
     match command {
         Keyless::NewExports => send(AnewEvent::Choose),
         Keyless::CloseBoard => send(FilesEvent::Discarded),
-        Keyless::Export => send(ExportEvent::Write { purpose: Purpose::Files }),
+        Keyless::Export => {
+            // The panel shows the answer.
+            send(ExportEvent::Panel { on: true });
+            send(ExportEvent::Write { purpose: Purpose::Files });
+        }
         Keyless::RunSheet => send(ExportEvent::Write { purpose: Purpose::RunSheet }),
         Keyless::Array => send(FrameEvent::Overlay { overlay: Some(Overlay::Array) }),
         Keyless::Edge => drawing::draw_edge(),

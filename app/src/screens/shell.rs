@@ -1,6 +1,6 @@
 //! The frame: top bar, work area, status bar; keys, drops and the URL.
 
-use super::{help, machine, machines, palette, splitters, stage, status_bar, top_bar};
+use super::{cam, help, machine, machines, palette, splitters, stage, status_bar, top_bar};
 use crate::page::{read, watch};
 use leptos::html::{div, h1, main};
 use leptos::prelude::*;
@@ -33,6 +33,8 @@ pub(crate) fn shell() -> impl IntoView {
                 stage::stage(),
                 move || super::screen(tab()),
                 splitters::splitters(),
+                cam::panel(),
+                cam::run_sheet(),
             )),
         status_bar::status_bar(),
         machine::tool_change(),

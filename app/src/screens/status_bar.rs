@@ -1,11 +1,12 @@
-//! The status bar: pointer position, zoom, problems, running task, renderer.
+//! The status bar: the line about the open board, pointer position, zoom, renderer.
 
+use super::job_line;
 use crate::i18n::{self, say, t};
 use crate::keys::Tab;
-use crate::model::{DrawEvent, Event, ExportEvent, Model};
-use crate::page::{board, read, send};
+use crate::model::{DrawEvent, ExportEvent, Model};
+use crate::page::{read, send};
 use crate::widgets::push;
-use leptos::html::{footer, progress, span};
+use leptos::html::{footer, span};
 use leptos::prelude::*;
 
 pub(crate) fn status_bar() -> impl IntoView {
@@ -38,13 +39,12 @@ pub(crate) fn status_bar() -> impl IntoView {
         .attr("tabindex", "-1")
         .attr("aria-label", t!("page.status.title"))
         .child((
-            span().class("where").child(place),
-            span().child(zoom),
-            problems,
+            job_line::job_line(),
             unkept,
-            span().class("grow").child(task),
+            span().class("where").child(place),
+            span().class("zoom").child(zoom),
             network,
-            span().child(backend),
+            span().class("renderer").child(backend),
         ))
 }
 
@@ -57,17 +57,6 @@ fn network() -> impl IntoView {
                 .attr("role", "status")
                 .attr("title", move || i18n::text(meaning, &[]))
                 .child(move || i18n::text(word, &[]))
-        })
-    }
-}
-
-/// The number of problems; pressing it shows them.
-fn problems() -> impl IntoView {
-    let count = Memo::new(|_| board::problems().with(Vec::len));
-    move || {
-        (count.get() > 0).then(|| {
-            let text = move || say!("page.problems.count", count = count.get());
-            push("button small quiet", text, |_| super::board::show_problems())
         })
     }
 }
@@ -87,19 +76,4 @@ fn unkept() -> impl IntoView {
         })
     };
     (of_project, of_drawing)
-}
-
-fn task() -> impl IntoView {
-    move || {
-        read(|m| Some(m.task()?.word)).map(|word| {
-            (
-                span().attr("role", "status").child(move || i18n::text(word, &[])),
-                progress()
-                    .attr("max", "1")
-                    .attr("aria-label", move || i18n::text(word, &[]))
-                    .prop("value", || read(|m| m.task().map_or(0.0, |task| task.share))),
-                push("button small quiet", t!("page.cancel"), |_| send(Event::Cancelled)),
-            )
-        })
-    }
 }

@@ -149,7 +149,7 @@ fn connection() -> impl IntoView {
 
 /// The machine's name; without one, a description of what is connected. A chosen machine that the page's
 /// virtual drill plays is called simulated.
-fn machine_name() -> String {
+pub(super) fn machine_name() -> String {
     let name = shared(|m| &m.machine).with(|machine| machine.name.clone());
     if name != machine::VIRTUAL_NAME {
         let plays = read(|m| m.frame.alone && !m.link.controller.chosen && m.machines.chosen.is_some());

@@ -36,6 +36,10 @@ pub struct BoardBefore {
 #[derive(Clone, Debug, PartialEq)]
 pub enum FilesEvent {
     Choose,
+    /// The browser reads this many files for the page, before it sends [`FilesEvent::Chosen`]; 0 at the end.
+    Coming {
+        files: usize,
+    },
     Sample,
     Link {
         address: String,
@@ -84,6 +88,7 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     let board = &mut model.board;
     match event {
         FilesEvent::Choose => return vec![Effect::ChooseFiles { anew: false }],
+        FilesEvent::Coming { files } => model.coming = files,
         FilesEvent::Sample => return vec![Effect::Sample],
         FilesEvent::Link { address } => return vec![Effect::FollowLink { address }],
         FilesEvent::Chosen { files } => return chosen(model, files),
@@ -131,6 +136,31 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
         FilesEvent::Loaded { bit } => board.loaded = bit,
     }
     Vec::new()
+}
+
+/// Files that are being read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loading {
+    pub files: usize,
+    /// Progress from 0 to 1.
+    pub share: f64,
+}
+
+impl Model {
+    /// The files that are being read, from the drop on.
+    pub fn loading(&self) -> Option<Loading> {
+        match &self.on_the_way {
+            OnTheWay::Reading { wanted, share, .. } => {
+                Some(Loading { files: wanted.files.len(), share: *share })
+            }
+            // A saved project is one file.
+            OnTheWay::Opening { .. } => Some(Loading { files: 1, share: 0.0 }),
+            OnTheWay::Nothing | OnTheWay::Planning { .. } if self.coming > 0 => {
+                Some(Loading { files: self.coming, share: 0.0 })
+            }
+            OnTheWay::Nothing | OnTheWay::Planning { .. } => None,
+        }
+    }
 }
 
 fn is_project(files: &[(String, Vec<u8>)]) -> bool {

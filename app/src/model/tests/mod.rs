@@ -28,6 +28,7 @@ mod lift_rows;
 mod lines_rows;
 mod link_rows;
 mod machines_rows;
+mod next_rows;
 mod planning_rows;
 mod play_rows;
 mod presses_rows;

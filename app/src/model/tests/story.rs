@@ -381,6 +381,8 @@ impl Story {
         Some(match word {
             "write" => ExportEvent::Write { purpose: export::Purpose::Files }.into(),
             "sheet" => ExportEvent::Write { purpose: export::Purpose::RunSheet }.into(),
+            "panel" => ExportEvent::Panel { on: true }.into(),
+            "panel-closed" => ExportEvent::Panel { on: false }.into(),
             "save-sheet" => ExportEvent::SaveRunSheet.into(),
             "close-sheet" => ExportEvent::CloseRunSheet.into(),
             "save-project" => ExportEvent::SaveProject.into(),

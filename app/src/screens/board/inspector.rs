@@ -4,7 +4,7 @@ use crate::engine::messages::PlanReady;
 use crate::format::{counted_from, duration};
 use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
-use crate::model::{AnewEvent, Event, FilesEvent, FrameEvent, JobEvent};
+use crate::model::{AnewEvent, Event, FilesEvent, FrameEvent, JobEvent, Model};
 use crate::page::{board, peek, read, send, shared};
 use crate::screens::review::finding;
 use crate::screens::shown::zero;
@@ -126,10 +126,12 @@ fn gains() -> impl IntoView {
     ))
 }
 
-const PROBLEMS: &str = "problems";
+/// The list of problems, on Board and on CAM.
+pub(crate) const PROBLEMS: &str = "problems";
 
+/// Shows the list with the first problem to solve.
 pub(crate) fn show_problems() {
-    send(FrameEvent::Show { tab: Tab::Board });
+    send(FrameEvent::Show { tab: peek(Model::problems_tab) });
     request_animation_frame(|| {
         let block =
             document().get_element_by_id(PROBLEMS).and_then(|block| block.dyn_into::<HtmlElement>().ok());
@@ -140,10 +142,11 @@ pub(crate) fn show_problems() {
     });
 }
 
-/// A notice that the proof has problems to accept too, with a button to the CAM screen.
+/// The problems of the proof, which are counted here too, with a button to their list on CAM.
 fn at_cam() -> impl IntoView {
+    let found = Memo::new(|_| shared(|m| &m.board.proved).with(|_| peek(|m| m.board.found())));
     move || {
-        let count = board::unread();
+        let count = found.get();
         (count > 0).then(|| {
             let go = |_| send(FrameEvent::Show { tab: Tab::Cam });
             div().class("row").child((
@@ -160,7 +163,8 @@ fn problems() -> impl IntoView {
     let list = move || {
         let (diagnostics, zero) = (board::problems().get(), zero.get());
         if diagnostics.is_empty() {
-            p().class("quiet").child(t!("page.problems.none")).into_any()
+            let none = board::problem_count() == 0;
+            none.then(|| p().class("quiet").child(t!("page.problems.none"))).into_any()
         } else {
             div()
                 .class("row")
@@ -176,7 +180,7 @@ fn problems() -> impl IntoView {
     let block = section().class("block").attr("id", PROBLEMS).attr("tabindex", "-1");
     block.attr("aria-label", t!("page.problems.title")).child((
         header().child((
-            h2().child(move || say!("page.problems.count", count = board::problems().with(Vec::len))),
+            h2().child(move || say!("page.problems.count", count = board::problem_count())),
             push("button small", t!("page.anew.choose"), |_| send(AnewEvent::Choose)),
             push("button small", t!("page.problems.review"), |_| send(FilesEvent::Review)),
         )),

@@ -1,19 +1,21 @@
-//! Export: the postprocessor, and the files of all sides, as one zip if there are several. Disabled until
-//! every problem is accepted.
+//! The export panel, which opens from the line at the foot of every screen: the postprocessor, and the files of
+//! all sides, as one zip if there are several. Disabled until every problem is accepted.
 
 use crate::format::counted_from;
 use crate::i18n::{say, t};
+use crate::keys::Tab;
 use crate::model::export::{CHORD_ERROR_MM, ExportOutcome, Purpose};
 use crate::model::template::OWN;
-use crate::model::{ExportEvent, TemplateEvent};
+use crate::model::{ExportEvent, FrameEvent, TemplateEvent};
 use crate::page::{board, computed, read, send, shared, watch};
+use crate::screens::board::show_problems;
 use crate::screens::shown::zero;
-use crate::widgets::{push, push_if, refusal, tick};
+use crate::widgets::{Dialog, dialog, push, push_if, refusal, tick};
 use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::post;
 use leptos::ev;
-use leptos::html::{div, h2, header, label, li, ol, option, p, section, select, span};
+use leptos::html::{div, label, li, ol, option, p, select, span};
 use leptos::prelude::*;
 
 pub(crate) fn controller() -> impl IntoView {
@@ -40,41 +42,82 @@ pub(crate) fn controller() -> impl IntoView {
     ))
 }
 
-pub(super) fn export() -> impl IntoView {
-    send(ExportEvent::Shown);
+pub(crate) fn panel() -> impl IntoView {
+    let open = Signal::derive(|| read(|m| m.export.open));
+    // Built only while it is shown: most of the time nobody exports.
+    let body = move || open.get().then(body);
+    let foot = move || open.get().then(foot);
+    dialog(
+        open,
+        close,
+        Dialog {
+            name: "export",
+            role: "dialog",
+            title: Box::new(t!("page.cam.export")),
+            body: body.into_any(),
+            foot: foot.into_any(),
+        },
+    )
+}
+
+fn close() {
+    send(ExportEvent::Panel { on: false });
+}
+
+/// Closes the panel and shows CAM.
+fn at_cam() {
+    close();
+    send(FrameEvent::Show { tab: Tab::Cam });
+}
+
+fn body() -> impl IntoView {
     let why = move || {
         let zero = zero();
         let refused = watch(|m| &m.export.refused).get().into_iter();
         refused.map(|why| refusal(counted_from(&why, zero))).collect::<Vec<_>>()
     };
-    section().class("block").attr("aria-label", t!("page.cam.export")).child((
-        header().child(h2().child(t!("page.cam.export"))),
+    let unread = move || {
+        (board::unread() > 0).then(|| {
+            let solve = |_| {
+                close();
+                show_problems();
+            };
+            div().class("row").child((
+                span().class("grow").child(t!("page.cam.unread_first")),
+                push("button small", t!("page.problems.go_cam"), solve),
+            ))
+        })
+    };
+    (
+        unread,
         controller(),
         tick(
             || read(|m| m.export.lines_only),
             t!("page.cam.lines_only", error = CHORD_ERROR_MM),
             |on| send(ExportEvent::LinesOnly { on }),
         ),
-        buttons(),
-        move || (board::unread() > 0).then(|| p().class("quiet").child(t!("page.cam.unread_first"))),
         why,
         move || watch(|m| &m.export.outcome).get().map(told),
-    ))
+    )
 }
 
 fn ready() -> bool {
     read(|m| m.board.job.is_some()) && board::cleared()
 }
 
-/// The buttons: template editor, run sheet, project, programs.
-fn buttons() -> impl IntoView {
+/// The buttons: template editor, project, run sheet, programs.
+fn foot() -> impl IntoView {
     let write = |purpose: Purpose| send(ExportEvent::Write { purpose });
-    div().class("buttons").child((
-        push("button", t!("page.cam.template"), |_| send(TemplateEvent::Open)),
-        push_if("button", ready, t!("page.cam.run_sheet"), move |_| write(Purpose::RunSheet)),
+    (
+        push("button", t!("page.close"), |_| close()),
+        push("button", t!("page.cam.template"), |_| {
+            at_cam();
+            send(TemplateEvent::Open);
+        }),
         push("button", t!("page.cam.save_project"), |_| send(ExportEvent::SaveProject)),
-        push_if("button primary wide", ready, t!("page.cam.save_files"), move |_| write(Purpose::Files)),
-    ))
+        push_if("button", ready, t!("page.cam.run_sheet"), move |_| write(Purpose::RunSheet)),
+        push_if("button primary", ready, t!("page.cam.save_files"), move |_| write(Purpose::Files)),
+    )
 }
 
 fn told(outcome: ExportOutcome) -> AnyView {
@@ -107,7 +150,10 @@ fn unread_side(face: Face, count: u32) -> AnyView {
         push(
             "button small",
             move || say!("page.cam.show_side", side = name()),
-            move |_| board::change_job(None, |work| edit::turned(work, face)),
+            move |_| {
+                at_cam();
+                board::change_job(None, |work| edit::turned(work, face));
+            },
         )
     });
     div()

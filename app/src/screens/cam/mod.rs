@@ -17,8 +17,9 @@ mod run_sheet;
 mod values;
 
 pub(crate) use entry::name_of as row_name;
-pub(crate) use export::controller;
+pub(crate) use export::{controller, panel};
 pub(crate) use job::name_of;
+pub(crate) use run_sheet::run_sheet;
 
 use crate::i18n::language;
 use crate::keys::CamKey;
@@ -32,9 +33,8 @@ pub(crate) fn cam() -> impl IntoView {
     (
         div().class("panel left cam-job").child(job::job()),
         problems::problems(),
-        div().class("panel right cam-values").child((values::values(), export::export())),
+        div().class("panel right cam-values").child(values::values()),
         move || read(|m| m.template.open).then(editor::editor),
-        run_sheet::run_sheet(),
     )
 }
 

@@ -6,33 +6,33 @@
 //! fix for the whole board     one button, before those of single locations
 //! groups of findings
 //! warnings of the plan
+//! problems of the files       on the Board screen
 //! ```
 
 use super::groups;
 use crate::engine::messages::PlanReady;
 use crate::format::counted_from;
-use crate::i18n::{advice, message, say, t, text};
-use crate::model::{FilesEvent, JobEvent};
+use crate::i18n::{advice, message, say, t};
+use crate::keys::Tab;
+use crate::model::{FilesEvent, FrameEvent, JobEvent};
 use crate::page::{board, peek, read, send, shared, watch};
+use crate::screens::board::PROBLEMS;
 use crate::screens::shown::zero;
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if, tick};
 use crate::workbench::edit;
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::proof::{ProofResult, Whole};
-use leptos::html::{div, h2, header, li, p, section, span, strong, ul};
+use annulus_core::proof::Whole;
+use leptos::html::{div, h2, header, li, section, span, strong, ul};
 use leptos::prelude::*;
 
 /// The block under the picture.
 pub(super) fn problems() -> impl IntoView {
     let zero = Memo::new(move |_| zero());
-    let found = move || {
-        let all = |group: &annulus_core::proof::Group| group.count as usize;
+    let any = move || {
         shared(|m| &m.board.proved)
-            .with(|proved| proved.as_ref().map_or(0, |proved| proved.groups.iter().map(all).sum::<usize>()))
+            .with(|proved| proved.as_ref().is_some_and(|proved| !proved.findings.is_empty()))
     };
     let warned = Memo::new(move |_| shared(|m| &m.board.plan).with(|plan| warnings_of(plan.as_deref())));
-    let any = move || found() > 0;
-    let count = move || board::left_out().with(Vec::len) + warned.with(Vec::len) + found();
     let left_out = move || {
         let (left_out, zero) = (board::left_out().get(), zero.get());
         let line = |error| missing_line(counted_from(error, zero)).into_any();
@@ -45,14 +45,10 @@ pub(super) fn problems() -> impl IntoView {
         let lines: Vec<AnyView> = warned.iter().map(line).collect();
         (!lines.is_empty()).then(|| ul().class("findings").child(lines))
     };
-    let list = move || match shared(|m| &m.board.proved).get() {
-        None => p().class("quiet").child(t!("page.cam.not_proved")).into_any(),
-        Some(proved) => {
-            let outcome = proved.outcome;
-            let sentence = p().class("quiet").child(move || outcome_text(&outcome, board::unread()));
-            let found = (!proved.findings.is_empty()).then(|| groups::groups(&proved));
-            (sentence, found).into_any()
-        }
+    // The line at the foot of the page says whether the job is proved.
+    let list = move || {
+        let proved = shared(|m| &m.board.proved).get();
+        proved.filter(|proved| !proved.findings.is_empty()).map(|proved| groups::groups(&proved))
     };
     let whole = move || {
         let whole = shared(|m| &m.board.proved)
@@ -61,11 +57,12 @@ pub(super) fn problems() -> impl IntoView {
     };
     section()
         .class(move || if read(|m| m.board.stale) { "block under stale-list" } else { "block under" })
+        .attr("id", PROBLEMS)
         .attr("aria-label", t!("page.cam.problems"))
         .attr("tabindex", "-1")
         .child((
             header().child((
-                h2().child(move || say!("page.cam.problem_count", count = count())),
+                h2().child(move || say!("page.cam.problem_count", count = board::problem_count())),
                 span().class("quiet").attr("role", "status").child(move || {
                     (board::unread() > 0).then(|| say!("page.cam.unread", count = board::unread()))
                 }),
@@ -84,12 +81,22 @@ pub(super) fn problems() -> impl IntoView {
             whole,
             list,
             warnings,
+            at_board,
         ))
 }
 
-fn outcome_text(outcome: &ProofResult, unread: usize) -> String {
-    let (key, words) = outcome.sentence(unread);
-    text(key, &words)
+/// The problems of the files, which are counted here too, with a button to their list on Board.
+fn at_board() -> impl IntoView {
+    let count = Memo::new(|_| board::of_files_count());
+    move || {
+        (count.get() > 0).then(|| {
+            let go = |_| send(FrameEvent::Show { tab: Tab::Board });
+            div().class("row").child((
+                span().class("grow").child(t!("page.cam.at_board", count = count.get())),
+                push("button small", t!("page.cam.go_board"), go),
+            ))
+        })
+    }
 }
 
 fn warnings_of(plan: Option<&PlanReady>) -> Vec<Diagnostic> {

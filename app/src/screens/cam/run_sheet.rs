@@ -8,7 +8,7 @@ use annulus_core::post::{RunSheet, SheetRow};
 use leptos::html::{br, dd, div, dl, dt, h3, p, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-pub(super) fn run_sheet() -> impl IntoView {
+pub(crate) fn run_sheet() -> impl IntoView {
     let shown = watch(|m| &m.export.run_sheet);
     let close = || send(ExportEvent::CloseRunSheet);
     let foot = (
