@@ -22,7 +22,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{
     DataTransfer, File, FileList, FileSystemDirectoryEntry, FileSystemEntry, FileSystemFileEntry,
-    HtmlInputElement,
+    FileSystemFileHandle, HtmlInputElement,
 };
 
 const SAMPLE_FOLDER: &str = "examples/";
@@ -38,21 +38,36 @@ fn chosen_now(files: Vec<(String, Vec<u8>)>) {
     send(FilesEvent::Chosen { files });
 }
 
+/// Shows that this many files are being read; 0 ends it.
+pub(super) fn coming(files: usize) {
+    send(FilesEvent::Coming { files });
+}
+
 fn anew_chosen(files: Vec<(String, Vec<u8>)>) {
     send(AnewEvent::Chosen { files });
 }
 
 pub(super) fn sample() {
+    coming(SAMPLE.len());
     leptos::task::spawn_local(async {
-        let mut files = Vec::new();
-        for name in SAMPLE {
-            match browser::request("GET", &format!("{SAMPLE_FOLDER}{name}"), &[], None).await {
-                Some(answer) if answer.status == 200 => files.push((name.to_owned(), answer.body)),
-                _ => return toast(Text::of(key!("page.open.no_sample"))),
-            }
+        match fetched_sample().await {
+            Some(files) => chosen_now(files),
+            None => toast(Text::of(key!("page.open.no_sample"))),
         }
-        chosen_now(files);
+        coming(0);
     });
+}
+
+async fn fetched_sample() -> Option<Vec<(String, Vec<u8>)>> {
+    let mut files = Vec::new();
+    for name in SAMPLE {
+        let answer = browser::request("GET", &format!("{SAMPLE_FOLDER}{name}"), &[], None).await?;
+        if answer.status != 200 {
+            return None;
+        }
+        files.push((name.to_owned(), answer.body));
+    }
+    Some(files)
 }
 
 type Taken = fn(Vec<(String, Vec<u8>)>);
@@ -66,11 +81,14 @@ pub(super) fn choose(anew: bool, followed: &Followed) {
     leptos::task::spawn_local(async move {
         match JsFuture::from(picked).await {
             Ok(handles) => {
-                let handles = Array::from(&handles).iter().map(JsCast::unchecked_into).collect();
+                let handles: Vec<FileSystemFileHandle> =
+                    Array::from(&handles).iter().map(JsCast::unchecked_into).collect();
+                coming(handles.len());
                 let files = followed.read(handles).await;
                 if !files.is_empty() {
                     chosen(files);
                 }
+                coming(0);
             }
             // The picker is not allowed in an embedded page.
             Err(why) if !is_called_off(&why) => choose_by_field(chosen),
@@ -172,11 +190,13 @@ fn take_drop(data: &DataTransfer, followed: &Followed) {
         }
         return;
     }
+    coming(entries.len());
     leptos::task::spawn_local(async move {
         let mut found = Vec::new();
         let mut waiting = entries;
         while let Some(entry) = waiting.pop() {
             if let Some(text) = too_much(found.len() + 1, 0) {
+                coming(0);
                 return toast(text);
             }
             let name = entry.full_path().trim_start_matches('/').to_owned();
@@ -228,8 +248,10 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
 
 fn take(files: Vec<Named>, chosen: Taken) {
     if let Some(text) = too_much_of(files.iter().map(|(_, file)| file)) {
+        coming(0);
         return toast(text);
     }
+    coming(files.len());
     leptos::task::spawn_local(async move {
         let mut read = Vec::new();
         for (name, file) in files {
@@ -241,5 +263,6 @@ fn take(files: Vec<Named>, chosen: Taken) {
         if !read.is_empty() {
             chosen(read);
         }
+        coming(0);
     });
 }

@@ -7,6 +7,7 @@
 //!
 //! The parameters are removed from the address, so that a reload does not fetch the board again.
 
+use super::files::coming;
 use super::limits::{MOST_BYTES, too_much};
 use crate::browser::window;
 use crate::model::{FilesEvent, FrameEvent};
@@ -70,11 +71,13 @@ pub(super) fn put_in(address: String) {
 }
 
 fn open(address: String) {
+    coming(1);
     spawn_local(async move {
         match fetched(address.trim()).await {
             Ok(file) => send(FilesEvent::Fetched { files: vec![file] }),
             Err(text) => send(FrameEvent::Tell { text }),
         }
+        coming(0);
     });
 }
 

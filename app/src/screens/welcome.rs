@@ -9,7 +9,9 @@ use crate::screens::machines;
 use crate::widgets::{Icon, icon, push};
 use js_sys::Date;
 use leptos::ev::{self, MouseEvent};
-use leptos::html::{button, details, div, form, h2, input, label, li, p, section, span, strong, summary, ul};
+use leptos::html::{
+    button, details, div, form, h2, input, label, li, p, progress, section, span, strong, summary, ul,
+};
 use leptos::prelude::*;
 use wasm_bindgen::JsValue;
 use web_sys::SubmitEvent;
@@ -26,18 +28,42 @@ pub(crate) fn welcome() -> impl IntoView {
     });
     div().class("whole welcome").child(div().class("sheet").child((
         last(),
-        div().class("drop").child((
-            icon(Icon::Annulus),
-            h2().child(t!("page.welcome.title")),
-            p().class("quiet").child(t!("page.welcome.kinds")),
-            push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
-        )),
+        drop_area(),
         div().class("tiles").child((sample, draw, machine)),
         machines::question(),
         link_to,
         earlier,
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),
     )))
+}
+
+/// The drop area; while files are read, their number and the progress.
+fn drop_area() -> impl IntoView {
+    let files = Memo::new(|_| read(|m| m.loading().map(|loading| loading.files)));
+    let content = move || match files.get() {
+        Some(count) => reading(count).into_any(),
+        None => (
+            h2().child(t!("page.welcome.title")),
+            p().class("quiet").child(t!("page.welcome.kinds")),
+            push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
+        )
+            .into_any(),
+    };
+    div()
+        .class("drop")
+        .attr("aria-busy", move || files.get().map(|_| "true"))
+        .child((icon(Icon::Annulus), content))
+}
+
+fn reading(count: usize) -> impl IntoView {
+    let words = move || say!("page.welcome.reading", count = count);
+    (
+        div().attr("role", "status").child(h2().child(words)),
+        progress()
+            .attr("max", "1")
+            .attr("aria-label", words)
+            .prop("value", || read(|m| m.loading().map_or(0.0, |loading| loading.share))),
+    )
 }
 
 fn tile(picture: Icon, name: Words, meaning: Words, act: fn(MouseEvent)) -> impl IntoView {
