@@ -12,7 +12,7 @@ use crate::view::{
 };
 use annulus_core::board::changes::{BoardChanges, Fate};
 use annulus_core::board::{Board, Hole, Slot};
-use annulus_core::cam::work::{POINT_DEG, Work};
+use annulus_core::cam::work::{Operation, OperationKind, POINT_DEG, Work};
 use annulus_core::geometry::{Bounds, Path, Point, Region};
 use annulus_core::job::{Bit, Cutter, Program};
 use annulus_core::machine::Machine;
@@ -189,6 +189,12 @@ pub fn travel_box(
     (0..corners.len()).map(edge).collect()
 }
 
+/// Index of an operation's kind, which decides its colour.
+pub fn kind(operation: &Operation) -> usize {
+    let word = operation.action.word();
+    OperationKind::WORDS.iter().position(|kind| *kind == word).unwrap_or(0)
+}
+
 /// Toolpaths as lines: swaths as wide as the cut, their center lines, and the travel if wanted. Each line's
 /// order is its stop number. `colour` gives a stop's colour.
 pub fn toolpaths(
@@ -306,7 +312,6 @@ fn point_deg(work: &Work, diameter: Length) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::cam::work::{Operation, OperationKind};
     use annulus_core::geometry::{Island, Region};
     use annulus_core::job::Handling;
 

@@ -17,6 +17,8 @@ pub struct JobEdit {
     pub work: Option<Arc<Work>>,
     /// Index of the selected operation.
     pub chosen: usize,
+    /// The picture shows the toolpaths of the selected operation and dims the others.
+    pub lit: bool,
     pub read: BTreeSet<String>,
     /// The problem marked in the view.
     pub marked: Option<usize>,
@@ -37,6 +39,7 @@ pub enum JobEvent {
     Turn {
         face: Face,
     },
+    /// Select an operation and light up its toolpaths; for a lit one, show all toolpaths again.
     Choose {
         at: usize,
     },
@@ -145,9 +148,12 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
             let next = edit::turned(&work, face);
             let first = edit::of_face(&next, face).first().copied();
             job.change(None, next);
-            job.chosen = first.unwrap_or(0);
+            (job.chosen, job.lit) = (first.unwrap_or(0), false);
         }
-        (JobEvent::Choose { at }, _) => job.chosen = at,
+        (JobEvent::Choose { at }, _) => {
+            job.lit = job.chosen != at || !job.lit;
+            job.chosen = at;
+        }
         (JobEvent::Move { from, to }, Some(work)) => {
             job.change(None, edit::moved(&work, from, to));
             job.chosen = to;
@@ -165,7 +171,10 @@ pub(super) fn update(model: &mut Model, event: JobEvent) -> Vec<Effect> {
                 job.chosen = at;
             }
         }
-        (JobEvent::Remove, Some(work)) => job.change(None, edit::removed(&work, job.chosen)),
+        (JobEvent::Remove, Some(work)) => {
+            job.lit = false;
+            job.change(None, edit::removed(&work, job.chosen));
+        }
         (JobEvent::DrillOrder { order }, Some(work)) => {
             job.change(None, Work::clone(&work).drilled_in(order));
         }

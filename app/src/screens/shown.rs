@@ -1,16 +1,17 @@
 //! The board in the picture and its progress, for each screen.
 
 use crate::keys::Tab;
-use crate::model::{Job, job_board};
-use crate::page::{board, read, shared, watch};
+use crate::model::{Job, Model, job_board};
+use crate::page::{board, peek, read, shared, watch};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use crate::view::{FilledLayer, OrderProgress};
 use annulus_core::board::{Board, Hole};
-use annulus_core::cam::work::Flip;
+use annulus_core::cam::work::{Flip, OperationKind};
 use annulus_core::geometry::{Bounds, Point, Region};
 use annulus_core::job::{Command, Leg, Mark, Program, Stage};
 use leptos::prelude::*;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +29,8 @@ pub(crate) struct Shown {
     pub discs: Vec<(u32, u32)>,
     /// The operation of each toolpath, by index; empty if unknown.
     pub toolpath_operations: Vec<u16>,
+    /// The kind of each operation of the job, see [`picture::kind`].
+    pub kinds: Vec<usize>,
     /// Filled layers, lowest first.
     pub layers: Vec<FilledLayer>,
     /// Show the travel in file order instead of the planned order.
@@ -43,18 +46,37 @@ impl Shown {
         self.hole_of_disc(hole as usize).map(|hole| hole as usize)
     }
 
-    /// The operation of a stop; if unknown, a number derived from its tool.
-    pub(crate) fn operation_of(&self, stop: u32) -> usize {
-        let toolpaths = self.toolpaths.as_ref();
-        let mark = toolpaths.and_then(|toolpaths| toolpaths.stops.get(stop as usize));
-        if let Some(Mark::Toolpath(way)) = mark
-            && let Some(operation) = self.toolpath_operations.get(*way as usize)
-        {
-            return usize::from(*operation);
-        }
-        let cut = toolpaths
-            .and_then(|toolpaths| toolpaths.cuts.get(toolpaths.cuts.partition_point(|cut| cut.stop < stop)));
-        cut.map_or(0, |cut| cut.bit as usize)
+    /// The operation of a stop. `None` for a hole, and if unknown.
+    pub(crate) fn operation_of(&self, stop: u32) -> Option<usize> {
+        let Mark::Toolpath(toolpath) = *self.toolpaths.as_ref()?.stops.get(stop as usize)? else {
+            return None;
+        };
+        self.toolpath_operations.get(toolpath as usize).copied().map(usize::from)
+    }
+
+    /// Index of a stop's colour: the kind of its operation; if unknown, its tool.
+    pub(crate) fn colour_of(&self, stop: u32) -> usize {
+        let kind = self.operation_of(stop).and_then(|operation| self.kinds.get(operation).copied());
+        let bit = || {
+            let cuts = &self.toolpaths.as_ref()?.cuts;
+            cuts.get(cuts.partition_point(|cut| cut.stop < stop)).map(|cut| cut.bit as usize)
+        };
+        kind.or_else(bit).unwrap_or(0)
+    }
+
+    /// True if the operation drills or mills holes.
+    pub(crate) fn makes_holes(&self, operation: usize) -> bool {
+        let word = self.kinds.get(operation).and_then(|kind| OperationKind::WORDS.get(*kind).copied());
+        matches!(word, Some("drill" | "mill_holes"))
+    }
+
+    /// The kinds of operation with toolpaths in the picture, ascending.
+    pub(crate) fn kinds_shown(&self) -> Vec<usize> {
+        let operations: BTreeSet<u16> = self.toolpath_operations.iter().copied().collect();
+        let kinds =
+            operations.iter().filter_map(|operation| self.kinds.get(usize::from(*operation)).copied());
+        let kinds: BTreeSet<usize> = kinds.filter(|_| self.toolpaths.is_some()).collect();
+        kinds.into_iter().collect()
     }
 
     pub(crate) fn work_of_picture(&self, at_mm: [f64; 2]) -> [f64; 2] {
@@ -104,6 +126,12 @@ pub(crate) fn zero() -> Point {
     planned.or_else(corner).unwrap_or_default()
 }
 
+/// The kind of each operation of the job.
+fn kinds_of(model: &Model) -> Vec<usize> {
+    let operations = model.job.work.iter().flat_map(|work| &work.operations);
+    operations.map(picture::kind).collect()
+}
+
 pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     let layers = Memo::new(move |_| super::layers::seen());
     let laid_layers = Memo::new(move |_| super::layers::seen_laid());
@@ -122,6 +150,8 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
             .as_ref()
             .map_or_else(|| (Vec::new(), picture::origin(body)), |plan| (plan.order(), plan.origin));
         let toolpath_operations = plan.map(|plan| plan.toolpath_operations.clone()).unwrap_or_default();
+        // Of the job that was planned: an edit is planned at once.
+        let kinds = peek(kinds_of);
         let turned = read(|m| m.board.laid.as_ref().is_some_and(|laid| laid.laid.turned));
         let toolpaths = board::toolpaths().get().filter(|_| as_laid() || !turned);
         // With pins next to the board, the placed board has another corner. Then the toolpaths are converted
@@ -150,6 +180,7 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
             layers,
             before,
             toolpath_operations,
+            kinds,
         }))
     });
     let at_machine = Memo::new(move |_| {
@@ -215,6 +246,7 @@ fn of_program(job: &Job, outline: Region) -> Shown {
         toolpaths: Some(Arc::new(toolpaths)),
         layers: Vec::new(),
         toolpath_operations: Vec::new(),
+        kinds: Vec::new(),
         before: false,
     }
 }

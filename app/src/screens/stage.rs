@@ -16,12 +16,14 @@ use crate::layers::{LayerKind, dimmed};
 use crate::model::{FrameEvent, Model, PlayEvent};
 use crate::page::{peek, read, send, shared};
 use crate::picture;
+use crate::toolpaths::Toolpaths;
 use crate::view::{Backend, Colour, FilledLayer, HoleState, Line, Mesh, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::{Face, Hole};
+use annulus_core::cam::work::OperationKind;
 use annulus_core::control::Trust;
 use annulus_core::proof;
-use leptos::html::{self, div, span};
+use leptos::html::{self, div, li, span, ul};
 use leptos::prelude::*;
 use std::sync::Arc;
 
@@ -65,6 +67,7 @@ pub(crate) fn stage() -> impl IntoView {
         rulers::rulers(shown),
         side(from_below(picture)),
         scale(),
+        legend(shown),
         chosen(shown),
         toasts(),
     ))
@@ -102,6 +105,28 @@ fn scale() -> impl IntoView {
                 .style(("width", format!("{px:.1}px")))
                 .child(text)
         })
+    }
+}
+
+/// The kinds of operation in the picture, in their colours.
+fn legend(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
+    let kinds = Memo::new(move |_| {
+        let tab = read(|m| m.frame.tab);
+        shown.with(|shown| match shown {
+            Some(shown) if tab == Tab::Cam || (tab == Tab::Board && !shown.before) => shown.kinds_shown(),
+            _ => Vec::new(),
+        })
+    });
+    let row = |kind: usize| {
+        let word = OperationKind::WORDS.get(kind).copied().unwrap_or_default();
+        let name = move || i18n::text(&format!("page.cam.word.{word}"), &[]);
+        let colour = Palette::DARK.operation(kind).css();
+        li().child((span().class("swatch").style(("--swatch", colour)), span().child(name))).into_any()
+    };
+    let rows = move || kinds.get().into_iter().map(row).collect::<Vec<_>>();
+    move || {
+        (!kinds.with(Vec::is_empty))
+            .then(|| ul().class("legend").attr("aria-label", t!("page.view.legend")).child(rows))
     }
 }
 
@@ -375,9 +400,12 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
     scene.lines = picture::travel(&shown.board, corner, shown.start, order, palette);
     match &shown.toolpaths {
         Some(toolpaths) if !(shown.before && read(|m| m.frame.tab == Tab::Board)) => {
-            let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            let with_travel = read(|m| m.frame.show_travel);
-            scene.lines = picture::toolpaths(toolpaths, palette, colour, with_travel);
+            let lit = read(|m| Some(m.job.chosen).filter(|_| m.job.lit && m.frame.tab == Tab::Cam));
+            scene.lines = toolpath_lines(shown, toolpaths, lit, palette);
+            if lit.is_some_and(|lit| !shown.makes_holes(lit)) {
+                scene.discs.iter_mut().for_each(|disc| disc.colour = dimmed(disc.colour, palette.plate));
+                scene.slots.iter_mut().for_each(|slot| slot.colour = dimmed(slot.colour, palette.plate));
+            }
             if read(|m| m.frame.tab == Tab::Cam) {
                 scene.lines.extend(found(shown, palette));
             }
@@ -400,6 +428,22 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
         }
     }
     scene
+}
+
+/// The toolpaths in the colours of their kinds of operation. If one operation is lit, the others are dimmed and
+/// under it.
+fn toolpath_lines(shown: &Shown, toolpaths: &Toolpaths, lit: Option<usize>, palette: &Palette) -> Vec<Line> {
+    let with_travel = read(|m| m.frame.show_travel);
+    let is_lit = |stop: u32| lit.is_none() || shown.operation_of(stop) == lit;
+    let colour = |stop: u32| {
+        let colour = palette.operation(shown.colour_of(stop));
+        if is_lit(stop) { colour } else { dimmed(colour, palette.plate) }
+    };
+    let mut lines = picture::toolpaths(toolpaths, palette, colour, with_travel);
+    if lit.is_some() {
+        lines.sort_by_cached_key(|line| is_lit(line.order));
+    }
+    lines
 }
 
 const CHANGED_ALPHA: u8 = 210;

@@ -84,6 +84,7 @@ pub struct Palette {
     pub travelled: Colour,
     /// One colour per tool, distinguishable with all common kinds of colour blindness.
     pub tools: [Colour; 8],
+    /// One colour per kind of operation.
     pub operations: [Colour; 6],
 }
 
@@ -137,9 +138,9 @@ impl Palette {
         operations: OPERATIONS,
     };
 
-    /// The colour of an operation's toolpaths; repeats after six.
-    pub fn operation(&self, index: usize) -> Colour {
-        self.operations[index % self.operations.len()]
+    /// The colour of a kind of operation; repeats after six.
+    pub fn operation(&self, kind: usize) -> Colour {
+        self.operations[kind % self.operations.len()]
     }
 
     /// The colour of a tool; repeats after eight.

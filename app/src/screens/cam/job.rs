@@ -11,6 +11,8 @@ use crate::format::duration;
 use crate::i18n::{self, say, sentence, t};
 use crate::model::{FrameEvent, JobEvent};
 use crate::page::{board, peek, read, send, shared};
+use crate::picture;
+use crate::view::Palette;
 use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if, segmented, tick};
 use crate::workbench::edit;
 use annulus_core::board::Face;
@@ -149,14 +151,22 @@ fn line(number: usize, at: usize) -> impl IntoView {
         board::change_job(None, |work| edit::changed(work, at, |operation| operation.on = !operation.on));
     };
     let chosen = move || read(|m| m.job.chosen) == at;
-    let colour = crate::view::Palette::DARK.operation(at).css();
+    let colour = move || {
+        operation.with(|operation| {
+            let kind = operation.as_ref().map_or(0, picture::kind);
+            Palette::DARK.operation(kind).css()
+        })
+    };
     li().class(move || if chosen() { "operation chosen" } else { "operation" })
         .attr("draggable", "true")
         .on(ev::dragstart, move |event| {
             if let Some(data) = event.data_transfer() {
                 let _ = data.set_data("text/plain", &at.to_string());
             }
-            send(JobEvent::Choose { at });
+            // Choosing a lit operation again would end the light.
+            if peek(|m| m.job.chosen != at) {
+                send(JobEvent::Choose { at });
+            }
         })
         .on(ev::dragover, |event| event.prevent_default())
         .on(ev::drop, move |event| {
@@ -176,6 +186,7 @@ fn line(number: usize, at: usize) -> impl IntoView {
             button()
                 .attr("type", "button")
                 .attr("aria-current", move || chosen().then_some("true"))
+                .attr("title", t!("page.cam.light"))
                 .on(ev::click, move |event| {
                     if event.ctrl_key() || event.meta_key() {
                         flip();

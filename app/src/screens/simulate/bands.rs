@@ -10,6 +10,7 @@ use crate::i18n::{self, language, say, t};
 use crate::model::PlayEvent;
 use crate::model::play::mark_at;
 use crate::page::{read, send, shared};
+use crate::picture;
 use crate::view::Palette;
 use annulus_core::cam::work::Operation;
 use annulus_core::job::Mark;
@@ -54,6 +55,13 @@ fn name(operation: usize) -> Option<String> {
         let operation = work.as_ref()?.operations.get(operation)?;
         let own = Some(&operation.name).filter(|name| !name.is_empty()).cloned();
         Some(own.unwrap_or_else(|| i18n::text(&operation.action.title_key(), &[])))
+    })
+}
+
+fn colour(operation: usize) -> Option<String> {
+    shared(|m| &m.job.work).with(|work| {
+        let kind = picture::kind(work.as_ref()?.operations.get(operation)?);
+        Some(Palette::DARK.operation(kind).css())
     })
 }
 
@@ -129,7 +137,7 @@ pub(super) fn shown() -> impl IntoView {
     let all = Memo::new(move |_| bands());
     let one = move |band: Band| {
         let word = word(&band);
-        let colour = band.operation.map(|index| Palette::DARK.operation(index).css());
+        let colour = band.operation.and_then(colour);
         let (from_s, end_s) = (band.from_s, band.from_s + band.length_s);
         let now = move || (from_s..end_s).contains(&read(|m| m.play.at_s));
         span()
