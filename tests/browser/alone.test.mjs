@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { join } from "node:path";
 import { after, before } from "node:test";
-import { broken, data, downloaded, drillOnly, mayStart, openBrowser, openPage, picture, preflight, press, root, serveFiles, site, startJob, tab, test, until } from "./harness.mjs";
+import { broken, closeExport, data, downloaded, drillOnly, exportPanel, mayStart, openBrowser, openPage, picture, preflight, press, root, serveFiles, site, startJob, tab, test, until } from "./harness.mjs";
 
 /** Waits until the service worker controls the page. */
 const kept = (page) => until(() => page.evaluate(() => navigator.serviceWorker.controller !== null), "a site that is kept");
@@ -36,9 +36,12 @@ test("without a bridge and with the network cut, a board is opened, planned, pro
     await openSample(page);
     await drillOnly(page);
     await tab(page, "CAM").click();
-    const save = page.getByRole("button", { name: "Export files" });
+    const panel = await exportPanel(page);
+    const save = panel.getByRole("button", { name: "Export files" });
     await until(() => save.isEnabled(), "an export that is allowed");
     const files = await downloaded(page, save);
+    await panel.getByText(/^Saved/).waitFor();
+    await closeExport(panel);
     assert.ok([...files.values()].some((text) => /X\s*-?\d/.test(text.toString())), "a program with places in it");
     await page.screenshot({ path: picture("alone-cam-1440") });
     await tab(page, "Simulate").click();

@@ -5,7 +5,7 @@ import { spawnSync } from "node:child_process";
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, show, stand, test, until } from "./harness.mjs";
+import { atRest, closeExport, corpus, data, downloaded, exportPanel, findings, picture, planned, program, root, show, stand, test, until } from "./harness.mjs";
 
 const { fresh } = stand("none");
 
@@ -32,7 +32,9 @@ for (const scheme of ["dark", "light"]) {
       await page.setViewportSize({ width: 1024, height: 768 });
       await atRest(page);
       await page.screenshot({ path: picture(`cam-1024-${scheme}`) });
-      await page.getByRole("button", { name: "Template…" }).click();
+      const panel = await exportPanel(page);
+      assert.deepEqual(await findings(page), [], "export panel");
+      await panel.getByRole("button", { name: "Template…" }).click();
       await page.getByText("No errors.", { exact: true }).waitFor();
       await page.screenshot({ path: picture(`template-${scheme}`) });
       assert.deepEqual(await findings(page), [], "template editor");
@@ -71,13 +73,16 @@ test("problems are shown and seen before anything is exported", async () => {
     const save = page.getByRole("button", { name: "Export files" });
     const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) {
+      const panel = await exportPanel(page);
       assert.equal(await save.isEnabled(), false, "no export with unread problems");
+      await closeExport(panel);
       const zoom = await data(page, "zoom");
       await page.keyboard.press("F8");
       await until(async () => (await data(page, "zoom")) !== zoom, "the problem close by");
       await page.screenshot({ path: picture("cam-problem") });
       await seen.click();
     }
+    await exportPanel(page);
     await until(() => save.isEnabled(), "an export that is allowed");
     const files = await downloaded(page, save);
     assert.ok(files.delete("run-sheet.html"), "a file for every tool, and the run sheet with them");
@@ -115,9 +120,10 @@ test("what the page exports is what the command line writes", async () => {
     await opened(page, files);
     const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) await seen.click();
-    const save = page.getByRole("button", { name: "Export files" });
+    const panel = await exportPanel(page);
+    const save = panel.getByRole("button", { name: "Export files" });
     for (const target of ["grbl", "fanuc"]) {
-      await page.getByRole("combobox", { name: "Controller" }).selectOption(target);
+      await panel.getByRole("combobox", { name: "Controller" }).selectOption(target);
       await until(() => save.isEnabled(), "an export that is allowed");
       const exported = await downloaded(page, save);
       const out = join(folder, target);
@@ -147,7 +153,7 @@ test("a saved project opens as it was, and the command line takes it", async () 
     await first.page.keyboard.press("ArrowRight");
     await planned(first.page);
     const download = first.page.waitForEvent("download");
-    await first.page.getByRole("button", { name: "Save project" }).click();
+    await (await exportPanel(first.page)).getByRole("button", { name: "Save project" }).click();
     await (await download).saveAs(saved);
     const second = await fresh();
     try {
@@ -194,7 +200,7 @@ test("a misspelt parameter is a fault with its line, and a hint is put in by its
   const { page, context } = await fresh();
   try {
     await job(page);
-    await page.getByRole("button", { name: "Template…" }).click();
+    await (await exportPanel(page)).getByRole("button", { name: "Template…" }).click();
     const area = page.getByRole("textbox", { name: "Postprocessor as text" });
     const text = await area.inputValue();
     const wrong = text.replace("G0 X@X@ Y@Y@\nG0 Z@A@", "G0 X@XX@ Y@Y@\nG0 Z@A@");

@@ -6,7 +6,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after } from "node:test";
-import { atRest, data, downloaded, findings, picture, planned, root, stand, test, until } from "./harness.mjs";
+import { atRest, data, downloaded, exportPanel, findings, picture, planned, root, stand, test, until } from "./harness.mjs";
 
 const { fresh } = stand("none");
 const folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
@@ -90,7 +90,8 @@ test("gaps are told as one group, and one button cures the whole before single p
     await list.getByText(/gaps that stay closed: 4\./).waitFor();
     // Accept the group.
     await list.getByRole("checkbox", { name: "Accept" }).first().check();
-    await until(async () => page.getByRole("button", { name: "Export files" }).isEnabled(), "an export that is allowed");
+    const panel = await exportPanel(page);
+    await until(() => panel.getByRole("button", { name: "Export files" }).isEnabled(), "an export that is allowed");
     assert.deepEqual(problems, [], "nothing was said on the console");
   } finally {
     await context.close();
@@ -107,6 +108,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     const save = page.getByRole("button", { name: "Export files" });
     const seen = page.getByRole("button", { name: "Accept all" });
     if (await seen.isEnabled()) await seen.click();
+    await exportPanel(page);
     await until(() => save.isEnabled(), "an export that is allowed");
     const files = await downloaded(page, save);
     const names = [...files.keys()];
@@ -139,6 +141,7 @@ test("both sides come in one zip, numbered in the order of running, with a run s
     await page.getByRole("group", { name: "Side that is up" }).getByRole("button", { name: /Top/ }).click();
     await planned(page);
     if (await seen.isEnabled()) await seen.click();
+    await exportPanel(page);
     await until(() => save.isEnabled(), "a top that is read");
     await save.click();
     await page.getByText(/Bottom: \d+ problems? not accepted yet/).waitFor();

@@ -430,6 +430,20 @@ export async function startJob(page) {
   return { dialog, start: await mayStart(dialog) };
 }
 
+/** The export panel, opened from the line at the foot of the page. */
+export async function exportPanel(page) {
+  const panel = page.getByRole("dialog", { name: "Export", exact: true });
+  if (!(await panel.isVisible())) await page.locator("#status").getByRole("button", { name: "Export…" }).click();
+  await panel.waitFor();
+  return panel;
+}
+
+/** Closes the export panel. */
+export async function closeExport(panel) {
+  await panel.getByRole("button", { name: "Close", exact: true }).click();
+  await panel.waitFor({ state: "hidden" });
+}
+
 /** Waits until the plan matches the job, or no planning is in progress. */
 export async function planned(page) {
   const waiting = page.locator("main[data-stale], footer progress");

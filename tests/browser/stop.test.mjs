@@ -2,7 +2,7 @@
 // high-contrast colours; everything else can be reached by scrolling.
 
 import assert from "node:assert/strict";
-import { atRest, broken, data, drillOnly, findings, openLinked, picture, rounds, SCREENS, show, stand, startBridge, startJob, test, until } from "./harness.mjs";
+import { atRest, broken, data, drillOnly, exportPanel, findings, openLinked, picture, rounds, SCREENS, show, stand, startBridge, startJob, test, until } from "./harness.mjs";
 
 /** Window sizes in px: phones in portrait and landscape, tablets, a desktop at 200 % and 400 %, and the
  *  limits of the layouts. */
@@ -90,7 +90,9 @@ test("STOP is in the window and on top, on every screen at every size", async ()
       found.push(...(await looked(page, `${screen}, at its end`, sizes.slice(0, 4))));
     }
     await show(page, "CAM");
-    await page.getByRole("button", { name: "Template…" }).click();
+    const panel = await exportPanel(page);
+    found.push(...(await lookedInAllColours(page, "export panel", sizes)));
+    await panel.getByRole("button", { name: "Template…" }).click();
     found.push(...(await lookedInAllColours(page, "template editor", sizes)));
     await page.keyboard.press("Escape");
     await show(page, "Machine");
