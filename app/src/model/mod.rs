@@ -288,7 +288,7 @@ impl From<HandEvent> for Event {
 
 /// What follows from the new state after every event. Each makes one part of the model agree with the others;
 /// the order matters.
-const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 19] = [
+const RECONCILERS: [fn(&mut Model) -> Vec<Effect>; 20] = [
     // Before `keeping`, which saves the board to go back to only while it is offered.
     files::follow,
     // These two may start a reading, which planning waits for.

@@ -1,7 +1,7 @@
 //! `--dry-run`: what a command would move. The job is read, planned and checked as usual; no port is opened and
 //! nothing moves.
 
-use super::grbl::how::How;
+use super::grbl::how::Place;
 use super::{Answer, as_objects, diagnostic_lines, rounded, sentence};
 use annulus_core::diagnostic::Diagnostic;
 use serde::Serialize;
@@ -46,10 +46,10 @@ pub(super) enum Zero {
 
 impl Zero {
     /// The zero of these options on a real machine.
-    pub(super) fn of(how: &How) -> Self {
-        match how.zero_at {
+    pub(super) fn of(zero_at: Option<Place>, here: bool) -> Self {
+        match zero_at {
             Some(place) => Self::At { at_mm: place.plane },
-            None if how.zero_here => Self::Here,
+            None if here => Self::Here,
             None => Self::Saved,
         }
     }

@@ -7,6 +7,7 @@ use super::{Answer, Refusal};
 use annulus_core::error;
 use annulus_core::job::touched;
 use annulus_core::level::{ProbeGrid, key_of};
+use annulus_core::machine::Output;
 use annulus_core::units::Length;
 use annulus_core::wire::Ask;
 use std::time::SystemTime;
@@ -42,9 +43,14 @@ pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let mm = Length::from_mm;
     let grid = ProbeGrid::over(bounds, mm(args.grid), mm(args.margin)).map_err(Refusal::content)?;
     if args.dry_run {
-        let dry = DryRun::on(Some(job.machine.name), "virtual_drill", None);
+        let output = run::own_machine(args.play.job.on.name())?.machine.output;
+        let zero = match output {
+            Output::Virtual => Zero::Homed,
+            _ => Zero::of(args.real.zero_at, false),
+        };
+        let dry = DryRun::on(Some(job.machine.name), output.names()[0], None);
         let (points, diagnostics) = (Some(grid.count()), job.diagnostics);
-        return Ok(DryRun { points, zero: Zero::Homed, diagnostics, ..dry }.answer());
+        return Ok(DryRun { points, zero, diagnostics, ..dry }.answer());
     }
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     let now_s = now.map_or(0, |since| since.as_secs());

@@ -210,7 +210,7 @@ pub(crate) struct PlayArgs {
 pub(crate) struct RealArgs {
     /// Set the work zero of a real machine in machine coordinates, in mm [default: the saved one].
     #[arg(long, value_name = "X,Y", value_parser = place, allow_hyphen_values = true)]
-    zero_at: Option<Place>,
+    pub(super) zero_at: Option<Place>,
     /// Move a real machine without a question.
     #[arg(long)]
     yes: bool,
@@ -265,7 +265,7 @@ fn dry(args: &RunArgs, driver: Driver, machine: &Machine, job: job::Job) -> Resu
     let how = &args.at.board.how;
     let zero = match driver {
         Driver::Virtual { .. } => dry_run::Zero::Homed,
-        _ => Zero::of(how, machine).map(|_| dry_run::Zero::of(how))?,
+        _ => Zero::of(how.zero_at, machine).map(|_| dry_run::Zero::of(how.zero_at, how.zero_here))?,
     };
     let changes = job.program.legs.iter().filter(|leg| matches!(leg.mark, Mark::ToolChange(_))).count();
     Ok(DryRun {

@@ -10,6 +10,7 @@ use crate::server::{self, Bridge};
 use crate::signals::Signals;
 use annulus_core::control::Timing;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::Scope;
 use annulus_core::{code, error};

@@ -82,5 +82,5 @@ fn zero(how: &How) -> Result<Zero, Refusal> {
     if let Some(place) = how.zero_at {
         place.whole()?;
     }
-    Ok(Zero::of(how))
+    Ok(Zero::of(how.zero_at, how.zero_here))
 }
