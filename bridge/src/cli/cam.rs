@@ -39,9 +39,6 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Name of the target for Annulus' own program format.
-pub(super) const OWN_FORM: &str = "program";
-
 /// Arguments of `annulus cam`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CamArgs {
@@ -221,8 +218,8 @@ fn unready(args: &CamArgs, sides: &[Side], unread: usize) -> Option<Diagnostic> 
 /// The target controller; `None` for Annulus' own format.
 fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
     match (args.to.as_str(), args.lines_only) {
-        (OWN_FORM, None) => Ok(None),
-        (OWN_FORM, Some(_)) => Err(Refusal::usage(error!("cam.own_form_has_arcs"))),
+        (export::OWN_FORM, None) => Ok(None),
+        (export::OWN_FORM, Some(_)) => Err(Refusal::usage(error!("cam.own_form_has_arcs"))),
         (name, _) => Target::named(name).map(Some),
     }
 }

@@ -1,6 +1,6 @@
 //! Writes a program for a controller; `export_board` writes the board itself.
 
-use super::{Answer, Refusal, as_objects, diagnostic_lines, export_board, sentence};
+use super::{Answer, Refusal, as_objects, diagnostic_lines, sentence};
 use crate::cli::job;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::error;
@@ -14,6 +14,11 @@ use std::convert::Infallible;
 use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Names of the formats of a board.
+pub(super) const BOARD_FORMATS: [&str; 2] = ["gerber", "svg"];
+/// Name of the target for Annulus' own program format.
+pub(super) const OWN_FORM: &str = "program";
 
 /// Arguments of `annulus export`.
 #[derive(Debug, clap::Args)]
@@ -39,9 +44,16 @@ pub(crate) struct TargetArgs {
     pub(crate) output: PathBuf,
 }
 
+impl ExportArgs {
+    /// True if the board itself is written, not a program.
+    pub(super) fn is_of_board(&self) -> bool {
+        BOARD_FORMATS.contains(&self.target.to.as_str())
+    }
+}
+
 /// Help text that lists every controller and format.
 fn known_targets() -> String {
-    let ([gerber, svg], controllers) = (export_board::FORMATS, post::targets().join(", "));
+    let ([gerber, svg], controllers) = (BOARD_FORMATS, post::targets().join(", "));
     format!(
         "Write for {controllers}, or with your own postprocessor, FILE.toml. {gerber} and {svg} write the \
          board itself"
@@ -50,7 +62,7 @@ fn known_targets() -> String {
 
 /// A target's own spelling: its name counts in any case. Anything else is the path of a file.
 pub(super) fn target_name(text: &str) -> Result<String, Infallible> {
-    let mut known = post::targets().into_iter().chain(export_board::FORMATS).chain([super::cam::OWN_FORM]);
+    let mut known = post::targets().into_iter().chain(BOARD_FORMATS).chain([OWN_FORM]);
     let name = known.find(|name| name.eq_ignore_ascii_case(text)).unwrap_or(text);
     Ok(name.to_owned())
 }
@@ -70,9 +82,6 @@ pub(crate) struct Written {
 }
 
 pub(crate) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
-    if export_board::FORMATS.contains(&args.target.to.as_str()) {
-        return export_board::run(args);
-    }
     let target = Target::named(&args.target.to)?;
     let job = job::open(&args.job)?;
     let mut program = job.program;

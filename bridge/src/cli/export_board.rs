@@ -12,8 +12,6 @@ use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Names of the formats of a board.
-pub(super) const FORMATS: [&str; 2] = ["gerber", SVG];
 const SVG: &str = "svg";
 
 #[derive(Serialize)]
@@ -28,7 +26,7 @@ struct BoardReport<'a> {
     diagnostics: Vec<Diagnostic>,
 }
 
-/// Writes the board in one of [`FORMATS`].
+/// Writes the board in one of the formats of a board.
 pub(super) fn run(args: &ExportArgs) -> Result<Answer, Refusal> {
     let (path, to) = (&args.job.job, args.target.to.as_str());
     if args.target.lines_only_mm.is_some() {

@@ -490,6 +490,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Prove(args)) => prove::run(&args),
         Some(Command::Cam(args)) => cam::run(&args),
+        Some(Command::Export(args)) if args.is_of_board() => export_board::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Templates(args)) => templates::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),

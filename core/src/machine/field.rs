@@ -9,12 +9,39 @@
 //! ```
 
 use super::Machine;
-use super::table::Group;
 use super::value::{Value, ValueKind};
 pub(crate) use super::value::{number, text};
 use crate::diagnostic::Diagnostic;
 use crate::error;
 use crate::units::Length;
+
+/// What a person sets up: the groups of the settings, in the order of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    Machine,
+    Motion,
+    Spindle,
+    Tools,
+    Probing,
+    Wiring,
+}
+
+impl Group {
+    pub const ALL: [Self; 6] =
+        [Self::Machine, Self::Motion, Self::Spindle, Self::Tools, Self::Probing, Self::Wiring];
+
+    /// Its word in addresses and message keys.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Machine => "machine",
+            Self::Motion => "motion",
+            Self::Spindle => "spindle",
+            Self::Tools => "tools",
+            Self::Probing => "probing",
+            Self::Wiring => "wiring",
+        }
+    }
+}
 
 /// Attributes of a field, as a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

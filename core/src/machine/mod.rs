@@ -34,7 +34,7 @@ pub use card::Card;
 pub use change::{ChangeAt, ChangeSetter, HandChange, Lengths};
 pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
-pub use field::{Field, OF_MACHINE, Setting};
+pub use field::{Field, Group, OF_MACHINE, Setting};
 pub use foot::Foot;
 pub use magazine::{MOST_PLACES, Magazine};
 pub use parallel::Parallel;
@@ -48,7 +48,7 @@ pub use settings::{
 };
 pub use spindles::OwnStroke;
 pub use step_dir::{StepDir, WIRED_AXES};
-pub use table::{Group, SECTIONS, Section};
+pub use table::{SECTIONS, Section};
 pub use table_speeds::warnings;
 pub use tools::{MOST_RPM, RackTool, TOOL_FIELDS, TOOL_FORMS, ToolWear, rack_of, tool_of};
 pub(crate) use tools::{set_angle, set_tip, tip_and_angle};

@@ -146,7 +146,8 @@ fn contact_follows(before: &Machine, changed: &mut Machine) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::{Group, Section};
+    use super::super::field::Group;
+    use super::super::table::Section;
     use super::super::{presets, six_spindles, virtual_drill};
     use super::*;
 

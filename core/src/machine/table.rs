@@ -3,8 +3,8 @@
 //! The locale tables hold the descriptions; `settings` checks the values.
 
 use super::field::{
-    ADVANCED, BUILT, FILE, Flags, NONE, PROBING, SEVERAL, STEPS, STREAM, Setting, YES_NO, fields, number,
-    words,
+    ADVANCED, BUILT, FILE, Flags, Group, NONE, PROBING, SEVERAL, STEPS, STREAM, Setting, YES_NO, fields,
+    number, words,
 };
 use super::spindles::{listed, set_listed};
 use super::tools::{MOST_RPM, rack_of, rack_value};
@@ -148,34 +148,6 @@ const RACK: &[Setting] = fields! { Machine;
     ("rack.tolerance", "mm", Number(0.0, 1.0), NONE, rack_tolerance)
     ("rack.change", "", ToolChange::KIND, NONE, tool_change)
 };
-
-/// What a person sets up: the groups of the settings, in the order of the page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Group {
-    Machine,
-    Motion,
-    Spindle,
-    Tools,
-    Probing,
-    Wiring,
-}
-
-impl Group {
-    pub const ALL: [Self; 6] =
-        [Self::Machine, Self::Motion, Self::Spindle, Self::Tools, Self::Probing, Self::Wiring];
-
-    /// Its word in addresses and message keys.
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Machine => "machine",
-            Self::Motion => "motion",
-            Self::Spindle => "spindle",
-            Self::Tools => "tools",
-            Self::Probing => "probing",
-            Self::Wiring => "wiring",
-        }
-    }
-}
 
 /// A `[table]` of the machine file.
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,9 @@
 //! One group of settings: its sections, advanced settings folded, then what the machine doesn't have.
 
+use super::names::{group_name, section_name};
 use super::{area, clock, controller, field, lengths, own, tools};
-use crate::i18n::{self, say, t};
-use crate::model::address::{PAGE_GROUP, group_of};
+use crate::i18n::{say, t};
+use crate::model::address::group_of;
 use crate::model::settings::{Part, parts};
 use crate::page::{read, shared, watch};
 use annulus_core::diagnostic::Diagnostic;
@@ -11,15 +12,6 @@ use leptos::html::{details, div, h2, h3, p, summary};
 use leptos::prelude::*;
 
 type Refused = Memo<Vec<Diagnostic>>;
-
-pub(super) fn group_name(group: Option<Group>) -> String {
-    let word = group.map_or(PAGE_GROUP, Group::word);
-    i18n::text(&format!("page.group.{word}"), &[])
-}
-
-pub(super) fn section_name(section: &str) -> String {
-    i18n::text(&format!("page.section.{section}"), &[])
-}
 
 pub(super) fn group(refused: Refused) -> impl IntoView {
     let section = watch(|m| &m.frame.section);

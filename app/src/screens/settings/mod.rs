@@ -7,6 +7,7 @@ mod field;
 mod groups;
 mod keys;
 mod lengths;
+mod names;
 mod own;
 mod search;
 mod tools;
@@ -73,7 +74,7 @@ fn tab(group: Option<Group>, is_seeking: Memo<bool>) -> impl IntoView {
                 send(FrameEvent::Section { section });
                 search::seek(String::new());
             })
-            .child(move || groups::group_name(group))
+            .child(move || names::group_name(group))
     };
     let has = move || group != Some(Group::Wiring) || !read(|m| m.link.controller.plans());
     move || has().then(button)

@@ -1,6 +1,6 @@
 //! The page's own settings: preferences for all screens, data saved in this browser, and version information.
 
-use super::groups::group_name;
+use super::names::group_name;
 use crate::i18n::{self, key, say, t};
 use crate::model::KeepEvent;
 use crate::model::address::OWN_SECTIONS;

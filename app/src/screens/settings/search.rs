@@ -1,8 +1,9 @@
 //! The search of the settings: by name, key, help, section and group, in the page's language.
 
 use super::field;
-use super::groups::{group_name, section_name};
+use super::names::{group_name, section_name};
 use crate::i18n::{self, key, say, t};
+use crate::keys::is_escape;
 use crate::model::address::PAGE_GROUP;
 use crate::model::settings::is_found;
 use crate::model::{FrameEvent, SettingsEvent};
@@ -48,7 +49,7 @@ pub(super) fn search() -> impl IntoView {
     let text = Memo::new(move |_| watch(|m| &m.settings).with(|draft| draft.sought.clone()));
     // Escape also pauses a machine that moves, so its event goes on.
     let cleared = |event: web_sys::KeyboardEvent| {
-        if event.key() == "Escape" && !event.is_composing() {
+        if is_escape(&event.key()) && !event.is_composing() {
             seek(String::new());
         }
     };
