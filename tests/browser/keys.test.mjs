@@ -52,7 +52,7 @@ test("what is typed in a menu chooses in it, and Delete on a slider takes nothin
   try {
     await show(page, "CAM");
     const count = await operations(page);
-    const menu = page.getByLabel("Controller");
+    const menu = page.locator("#cam-bit");
     await menu.focus();
     for (const key of ["0", "a", "s", "3", "f", "Delete"]) await page.keyboard.press(key);
     assert.equal(await screenNow(page), "CAM");

@@ -127,7 +127,7 @@ test("bits, units and numbers of the job are in the language too", async () => {
     assert.match(await page.locator("#cam-width").inputValue(), /^\d+,\d+$/);
     const text = await page.locator("main").innerText();
     assert.doesNotMatch(text, /V-bit|end mill|\brpm\b/);
-    await page.getByRole("button", { name: /Wirtualna wiertarka/ }).waitFor();
+    await page.getByRole("button", { name: /^Wirtualna wiertarka/ }).waitFor();
   } finally {
     await context.close();
   }

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { after, before } from "node:test";
-import { downloaded, drillOnly, findings, openBrowser, openPage, picture, planned, SCREENS, serveFiles, show, stand, startJob, tab, test, until } from "./harness.mjs";
+import { closeExport, downloaded, drillOnly, exportPanel, findings, openBrowser, openPage, picture, planned, SCREENS, serveFiles, show, stand, startJob, tab, test, until } from "./harness.mjs";
 
 const held = stand("none");
 
@@ -21,9 +21,11 @@ const isFor = (page, name) => until(async () => (await chip(page).getAttribute("
 async function exported(page) {
   await tab(page, "CAM").click();
   await planned(page);
-  const save = page.getByRole("button", { name: "Export files" });
+  const panel = await exportPanel(page);
+  const save = panel.getByRole("button", { name: "Export files" });
   await until(() => save.isEnabled(), "an export that is allowed");
   const files = await downloaded(page, save);
+  await closeExport(panel);
   return [...files.values()].map((bytes) => bytes.toString()).join("\n");
 }
 

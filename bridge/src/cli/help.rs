@@ -343,6 +343,14 @@ const PAGES: &[Page] = &[
         ],
     ),
     (
+        "machines use",
+        "machine.md",
+        [
+            ["annulus machines use 3018", "plan for a 3018 router from now on"],
+            ["annulus machines use virtual", "plan for the virtual drill again"],
+        ],
+    ),
+    (
         "tools",
         "how-to/tools-feeds-depths.md",
         [
