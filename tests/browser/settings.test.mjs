@@ -44,7 +44,6 @@ test("settings are in groups, advanced ones and what the machine lacks are folde
     await page.getByText("Not in use on this machine: Magazine").click();
     await field(page, "magazine.x").waitFor();
     await page.getByRole("columnheader", { name: "Magazine slot" }).waitFor();
-    assert.ok(await apply(page).isDisabled());
     await page.getByRole("button", { name: "Discard" }).click();
     await group(page, "Spindle").click();
     await field(page, "spindle.speed").waitFor();
