@@ -44,7 +44,7 @@ struct Saved {
     machines: Vec<OwnMachine>,
 }
 
-/// Where the choice of the machine comes from.
+/// Origin of the choice of a machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChoiceOrigin {
     #[default]

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! field ─▶ draft (key → text) ─▶ changes ─▶ machine::apply ─▶ refusals next to their fields
-//!                                       └──▶ Apply ─▶ Ask::Configure ─┬─▶ settings told ─▶ toast with Undo
+//!                                       └──▶ Apply ─▶ Ask::Configure ─┬─▶ settings come ─▶ toast with Undo
 //!                                            Undo: the old values ──┘ └─▶ refused ─▶ the draft is back
 //! ```
 //!
@@ -66,7 +66,7 @@ pub(super) struct Applied {
 #[derive(Clone, Debug)]
 struct Waiting {
     connection: (bool, u32),
-    /// The settings as last told: the machine tells them again once it has changed them.
+    /// The last settings that the machine reported. It reports them again after a change.
     told: Arc<Vec<(String, Value)>>,
     before: Vec<(String, Value)>,
     typed: BTreeMap<&'static str, String>,

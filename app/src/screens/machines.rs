@@ -61,7 +61,7 @@ fn close() {
     send(FrameEvent::Overlay { overlay: None });
 }
 
-/// The button beside the project's name: which machine the job is for.
+/// The button next to the project's name, with the job's machine.
 pub(super) fn chip() -> impl IntoView {
     let spoken = || say!("page.machines.chip", name = shown_name());
     button()

@@ -29,7 +29,7 @@ pub(super) struct DryRun {
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
-/// Where the work zero comes from.
+/// Origin of the work zero.
 #[derive(Clone, Copy, Default, Serialize)]
 #[serde(tag = "from", rename_all = "snake_case")]
 pub(super) enum Zero {
@@ -95,7 +95,7 @@ impl DryRun {
     }
 }
 
-/// Marks an answer that already says what would move.
+/// Marks an answer that already describes the motion.
 pub(super) fn marked(mut answer: Answer) -> Answer {
     answer.object["dry_run"] = json!(true);
     answer.text = format!("{}\n{}", sentence("dry_run.head", &[]), answer.text);

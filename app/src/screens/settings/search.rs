@@ -47,7 +47,7 @@ pub(super) fn seek(text: String) {
 
 pub(super) fn search() -> impl IntoView {
     let text = Memo::new(move |_| watch(|m| &m.settings).with(|draft| draft.sought.clone()));
-    // Escape also pauses a machine that moves, so its event goes on.
+    // Escape also pauses a machine that moves, so its event is not stopped.
     let cleared = |event: web_sys::KeyboardEvent| {
         if is_escape(&event.key()) && !event.is_composing() {
             seek(String::new());
